@@ -115,7 +115,7 @@ class Collector final : public Device {
   Compared finish() override { return {}; }
 
  private:
-  static constexpr std::size_t kKept = 4;  // moments of an event
+  static constexpr std::size_t kKept = 6;  // moments of an event
 
   static Moments::Value& event(Moments::NarrowFlop& narrow, std::uint64_t becomes) {
     const auto met = std::ranges::find(narrow.values, becomes, &Moments::Value::value);
@@ -252,9 +252,12 @@ void steer_a_block(Rng& rng, const Moments& moments, Moment& moment) {
       set_flop(flop, draw(), moment.chip);
       continue;
     }
+    // from the ends of its range as often as not
+    const std::array<std::uint64_t, 4> ends{0, ones(flop.width), draw(), draw()};
     constexpr unsigned kPairs = 4;
     for (unsigned pair = 0; pair < kPairs; ++pair)
-      if (set_at_decision_edge(rng, flop_blocks()[block], flop, draw(), draw(), moment.in, moment.chip))
+      if (set_at_decision_edge(rng, flop_blocks()[block], flop, ends[rng.below(ends.size())], draw(),
+                               moment.in, moment.chip))
         break;
   }
 }

@@ -10,12 +10,29 @@
 #include "asic/netlist/liberty_syntax.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/number.hpp"
+#include "base/place.hpp"
 
 namespace meltstage::layout {
 
 namespace {
 
 using liberty::Group;
+
+/// Only nanoseconds and picofarads are read: a number of another unit would pass for one of these.
+void require_units(const Group& library, const std::string& file) {
+  const std::string time = library.text("time_unit");
+  if (!time.empty() && time != "1ns")
+    throw UserError(defect_at(file, library.find("time_unit")->place, "time_unit " + shown(time), "1ns"));
+  const liberty::Attribute* load = library.find("capacitive_load_unit");
+  if (load == nullptr) return;
+  const bool is_pf = load->values.size() == 2 && number_in(load->values[0], 1.0, 1.0).has_value() &&
+                     (load->values[1] == "pf" || load->values[1] == "pF");
+  if (!is_pf)
+    throw UserError(
+        defect_at(file, load->place,
+                  "capacitive_load_unit " + shown(fmt::format("{}", fmt::join(load->values, " "))), "1 pf"));
+}
 
 DelayTable table_of(const Group& library, const Group& table, const std::string& file) {
   const Group* shape = nullptr;
@@ -97,6 +114,7 @@ double DelayTable::at(double slew_ns, double load_pf) const {
 
 Delays parse_delays(std::string_view text, const std::string& name) {
   const Group library = liberty::parse(text, name);
+  require_units(library, name);
   Delays delays;
   for (const Group& cell : library.groups) {
     if (cell.name != "cell") continue;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -24,6 +25,12 @@ class SupplyCheck {
  public:
   SupplyCheck(const Design& design, const Technology& technology)
       : design_(design), technology_(technology) {}
+
+  static bool are_nearer(const Rect& a, const Rect& b, Nm spacing) {
+    const Nm dx = std::max({Nm{0}, a.x0 - b.x1, b.x0 - a.x1}),
+             dy = std::max({Nm{0}, a.y0 - b.y1, b.y0 - a.y1});
+    return dx * dx + dy * dy < spacing * spacing;
+  }
 
   std::vector<std::string> faults() && {
     for (const Net& net : design_.nets) {
@@ -50,12 +57,6 @@ class SupplyCheck {
   Nm spacing(int index, const Rect& a, const Rect& b) const {
     return layer(index).spacing_for(std::max(narrow(a), narrow(b)), std::min(wide(a), wide(b)));
   }
-  static bool are_nearer(const Rect& a, const Rect& b, Nm spacing) {
-    const Nm dx = std::max({Nm{0}, a.x0 - b.x1, b.x0 - a.x1}),
-             dy = std::max({Nm{0}, a.y0 - b.y1, b.y0 - a.y1});
-    return dx * dx + dy * dy < spacing * spacing;
-  }
-
   void check_alone(const Net& net, const Shape& strap) {
     const std::string what = fmt::format("{}: a strap on {} at {} nm", shown(net.name),
                                          layer(strap.layer).name, corner(strap.rect));
@@ -140,6 +141,56 @@ std::optional<Rails> rails_of(const Macro& macro) {
 
 std::vector<std::string> supply_faults(const Design& design, const Technology& technology) {
   return SupplyCheck(design, technology).faults();
+}
+
+std::vector<std::string> die_pin_faults(const Design& design, const Technology& technology) {
+  struct Owned {
+    int net;  // -1: none
+    std::string what;
+  };
+  ShapeIndex index;
+  std::vector<Owned> owners;
+  const auto add = [&](const Shape& shape, int net, std::string what) {
+    if (technology.layers[static_cast<std::size_t>(shape.layer)].kind != LayerKind::routing) return;
+    index.add(shape);
+    owners.push_back({net, std::move(what)});
+  };
+  std::map<std::pair<int, int>, int> net_of;
+  for (std::size_t n = 0; n < design.nets.size(); ++n) {
+    const Net& net = design.nets[n];
+    for (const PinRef& ref : net.pins) net_of[{ref.component, ref.pin}] = static_cast<int>(n);
+    for (const Shape& strap : net.straps) add(strap, static_cast<int>(n), "a strap of " + shown(net.name));
+  }
+  for (std::size_t c = 0; c < design.components.size(); ++c) {
+    const Component& component = design.components[c];
+    const Macro& macro = technology.macros[static_cast<std::size_t>(component.macro)];
+    for (std::size_t p = 0; p < macro.pins.size(); ++p) {
+      const auto net = net_of.find({static_cast<int>(c), static_cast<int>(p)});
+      for (const Shape& s : macro.pins[p].shapes)
+        add({s.layer, placed(s.rect, macro, component)}, net == net_of.end() ? -1 : net->second,
+            fmt::format("pin {} of {}", shown(macro.pins[p].name), shown(component.name)));
+    }
+    for (const Shape& s : macro.obstructions)
+      add({s.layer, placed(s.rect, macro, component)}, -1, "an obstruction of " + shown(component.name));
+  }
+  std::vector<std::string> faults;
+  for (const DiePin& pin : design.pins) {
+    if (!pin.is_placed) continue;
+    const Layer& layer = technology.layers[static_cast<std::size_t>(pin.shape.layer)];
+    const bool is_supply_pin = is_supply(pin.use);
+    index.for_each_in(
+        {pin.shape.layer, pin.shape.rect.grown(std::max<Nm>(layer.spacing, 1))}, [&](std::size_t i) {
+          const Rect& other = index[i].rect;
+          if (owners[i].net == pin.net || is_supply_pin || faults.size() == kMostFaults) return;
+          const Nm spacing = layer.spacing_for(std::min(other.width(), other.height()),
+                                               std::max(other.width(), other.height()));
+          if (SupplyCheck::are_nearer(pin.shape.rect, other, spacing))
+            faults.push_back(
+                fmt::format("pin {} is at {} on {}", shown(pin.name), owners[i].what, layer.name));
+        });
+    add(pin.shape, pin.net, "pin " + shown(pin.name));
+  }
+  return faults;
 }
 
 void require_like_rails(const Design& design, const Technology& technology) {

@@ -59,6 +59,32 @@ void print(const char* what, const std::string& value, const char* unit) {
   fmt::print("{}\t{}\t{}\n", what, value, unit);
 }
 
+/// What the library doesn't say of a cell would count as nothing.
+void require_delays(const Design& design, const Technology& technology, const Delays& delays,
+                    const std::string& file) {
+  bool has_flop = false;
+  for (const Component& component : design.components) {
+    const Macro& macro = technology.macros[static_cast<std::size_t>(component.macro)];
+    const auto cell = delays.find(macro.name);
+    if (cell == delays.end())
+      throw meltstage::UserError(fmt::format("{}: found no cell {}, expected each cell of the netlist", file,
+                                             meltstage::shown(macro.name)));
+    has_flop = has_flop || cell->second.is_flop || cell->second.is_clock_gate;
+    for (const MacroPin& pin : macro.pins) {
+      if (pin.direction != PinDirection::input || pin.use == Use::power || pin.use == Use::ground) continue;
+      const auto its = cell->second.pins.find(pin.name);
+      if (its == cell->second.pins.end() || its->second.capacitance_pf <= 0.0)
+        throw meltstage::UserError(fmt::format("{}: cell {}: found no capacitance of pin {}, expected one",
+                                               file, meltstage::shown(macro.name),
+                                               meltstage::shown(pin.name)));
+    }
+  }
+  if (!has_flop)
+    throw meltstage::UserError(fmt::format(
+        "{}: found no flop (ff) and no clock gate among the cells of {}, expected some for --clock", file,
+        design.file));
+}
+
 /// The same netlist, nothing placed, without cells that only fill and without pins of supplies.
 Design not_placed(const Design& from, const Technology& technology) {
   Design to;
@@ -154,6 +180,7 @@ int run(const Options& o) {
   Delays delays;
   if (!o.clock.empty()) {
     delays = read_delays(o.liberty);
+    require_delays(design, technology, delays, o.liberty.string());
     mark_clock(design, technology, delays, o.clock);
   }
   GlobalPlacement global;
@@ -190,6 +217,7 @@ int run(const Options& o) {
   line.clear();
   std::vector<std::string> errors = placement_errors(design, technology);
   for (std::string& fault : supply_faults(design, technology)) errors.push_back(std::move(fault));
+  for (std::string& fault : die_pin_faults(design, technology)) errors.push_back(std::move(fault));
   for (const std::string& error : errors) fmt::print(stderr, "{}\n", error);
   const auto mm2 = [](Nm x, Nm y) { return static_cast<double>(x) * static_cast<double>(y) / 1e6; };
   print("cells placed", fmt::format("{}", cells), "");

@@ -7,7 +7,6 @@
 
 #include "asic/layout/db/supplies.hpp"
 #include "asic/layout/place/place.hpp"
-#include "asic/layout/route/access.hpp"
 #include "asic/layout/route/guides.hpp"
 #include "base/error.hpp"
 #include "base/place.hpp"
@@ -38,30 +37,10 @@ void require_no_wires(const Design& design) {
   }
 }
 
-void require_die_pins_off_supplies(const Design& design, const Technology& technology) {
-  for (const Net& supply : design.nets) {
-    for (const Shape& strap : supply.straps) {
-      const Layer& layer = technology.layers[static_cast<std::size_t>(strap.layer)];
-      const Nm spacing = layer.spacing_for(std::min(strap.rect.width(), strap.rect.height()),
-                                           std::max(strap.rect.width(), strap.rect.height()));
-      for (const DiePin& pin : design.pins) {
-        if (!pin.is_placed || pin.shape.layer != strap.layer) continue;
-        if (pin.net == &supply - design.nets.data()) continue;
-        if (nearer_than(pin.shape.rect, strap.rect, spacing))
-          throw UserError(defect_at(
-              design.file, pin.where,
-              fmt::format("pin {} at a strap of {} on {}", shown(pin.name), shown(supply.name), layer.name),
-              fmt::format("it {} nm or more away", spacing)));
-      }
-    }
-  }
-}
-
-void require_supplies_apart(const Design& design, const Technology& technology) {
-  const std::vector<std::string> faults = supply_faults(design, technology);
+void require_apart(const Design& design, const std::vector<std::string>& faults) {
   if (!faults.empty())
     throw UserError(
-        fmt::format("{}: found that {}; expected supplies apart from each other and from cells' metal",
+        fmt::format("{}: found that {}; expected supplies, pins of the die and cells' metal apart",
                     design.file, faults.front()));
 }
 
@@ -81,8 +60,8 @@ void require_routable(const Design& design, const Technology& technology) {
   require_spacings(technology);
   require_no_wires(design);
   require_legal_places(design, technology);
-  require_die_pins_off_supplies(design, technology);
-  require_supplies_apart(design, technology);
+  require_apart(design, supply_faults(design, technology));
+  require_apart(design, die_pin_faults(design, technology));
 }
 
 }  // namespace meltstage::layout

@@ -228,7 +228,8 @@ void Wiring::find_vias() {
   for (const RoutedLayer& r : layers_) {
     const Nm pitch = r.vertical ? grid_.pitch_x : grid_.pitch_y;
     grid_.vertical.push_back(r.vertical);
-    const Nm length = r.vertical ? r.pad.height() : r.pad.width();
+    const Rect reserve = hull(r.pad, r.patch);
+    const Nm length = r.vertical ? reserve.height() : reserve.width();
     grid_.ends_spread.push_back(length + r.spacing > (r.vertical ? grid_.pitch_y : grid_.pitch_x));
     if (across(r.pad, r.vertical) + r.spacing > pitch)
       throw UserError(
@@ -448,10 +449,14 @@ void Wiring::add_cells(RouteReport& report) {
     if (crowded) report.crowded.push_back(component.name);
   }
   for (std::size_t n = 0; n < design_.nets.size(); ++n) {
-    if (is_supply(design_.nets[n])) continue;
     for (std::size_t p = 0; p < design_.nets[n].pins.size(); ++p) {
       const PinRef& ref = design_.nets[n].pins[p];
       if (ref.component != kDiePin) continue;
+      if (is_supply(design_.nets[n])) {
+        const DiePin& pin = design_.pins[at(ref.pin)];
+        if (pin.use == Use::signal) report.open.push_back(pin.name + " (output at a constant)");
+        continue;
+      }
       if (maze_nets[n].empty()) {
         maze_nets[n].push_back(static_cast<int>(problem_.nets.size()));
         problem_.nets.emplace_back();

@@ -96,7 +96,7 @@ refused '--report: found nothing' "$route" --lef cells.lef --def two.def --out n
 refused 'missing\x1B[31m.lef' "$route" --lef $'missing\e[31m.lef' --def two.def --out new.def
 refused 'overlap.def:7:3: found u1 and u2: overlap, expected cells side by side' "$route" --lef cells.lef --def overlap.def --out new.def
 refused 'off_site.def:7:3: found u2: at x = 8100 nm, not on the sites of ROW_0' "$route" --lef cells.lef --def off_site.def --out new.def
-refused 'strapped.def:10:3: found pin a at a strap of VDD on m2, expected it 300 nm or more away' "$route" --lef cells.lef --def strapped.def --out new.def
+refused 'strapped.def: found that pin a is at a strap of VDD on m2; expected supplies, pins of the die' "$route" --lef cells.lef --def strapped.def --out new.def
 refused '--spef: found no RESISTANCE or no CAPACITANCE of layer m1 in cells.lef' "$route" --lef cells.lef --def two.def --out new.def --spef new.spef
 refused 'wired.def:14:31: found wires of net n, expected none' "$route" --lef cells.lef --def wired.def --out new.def
 refused 'no_spacing.lef: found no SPACING of layer m2 that holds' "$route" --lef no_spacing.lef --def two.def --out new.def

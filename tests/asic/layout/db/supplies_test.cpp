@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "asic/layout/db/delays.hpp"
 #include "asic/layout/db/technology.hpp"
 #include "asic/layout/place/place.hpp"
 #include "base/error.hpp"
@@ -88,6 +89,38 @@ TEST(Supplies, StrapsKeepApartFromEachOtherAndFromCells) {
   EXPECT_THAT(faults({strap(39'800, 500)}, {}), ElementsAre(HasSubstr("reaches out of the die")));
 }
 
+TEST(Supplies, PinsOfTheDieKeepApartFromAllButTheirNet) {
+  const Technology technology =
+      with(cell("inv", "gnd", "vdd", "SYMMETRY X Y ;", " OBS LAYER m2 ; RECT 3 6 4 7 ; END\n"));
+  const int m2 = technology.find_layer("m2");
+  Design d = row_of(technology);
+  d.nets.resize(4);
+  d.nets[0].straps.push_back({m2, {30'000, 0, 31'000, 40'000}});
+  d.nets[2].pins = {{0, technology.macros[0].find_pin("a")}};  // its shape on m2: 11..12, 14..15 um
+  const auto faults = [&](int net, const std::vector<Point>& places) {
+    d.pins.clear();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Point at = places[i];
+      d.pins.push_back({"p" + std::to_string(i),
+                        net + static_cast<int>(i),
+                        PinDirection::input,
+                        Use::signal,
+                        true,
+                        {m2, {at.x, at.y, at.x + 300, at.y + 300}},
+                        {}});
+    }
+    return die_pin_faults(d, technology);
+  };
+  EXPECT_THAT(faults(3, {{20'000, 0}}), IsEmpty());
+  EXPECT_THAT(faults(2, {{11'500, 14'500}}), IsEmpty());
+  EXPECT_THAT(faults(3, {{11'500, 14'500}}), ElementsAre("pin p0 is at pin a of u0 on m2"));
+  EXPECT_THAT(faults(3, {{13'500, 16'500}}), ElementsAre("pin p0 is at an obstruction of u0 on m2"));
+  EXPECT_THAT(faults(3, {{29'400, 0}}), IsEmpty());
+  EXPECT_THAT(faults(3, {{29'405, 0}}), ElementsAre("pin p0 is at a strap of vdd on m2"));
+  EXPECT_THAT(faults(2, {{20'000, 0}, {20'600, 0}}), IsEmpty());
+  EXPECT_THAT(faults(2, {{20'000, 0}, {20'595, 0}}), ElementsAre("pin p1 is at pin p0 on m2"));
+}
+
 TEST(Supplies, CellsOfARowHaveLikeRails) {
   const auto refusal = [](const std::string& cells) -> std::string {
     const Technology technology = with(cells);
@@ -109,6 +142,23 @@ TEST(Supplies, CellsOfARowHaveLikeRails) {
     EXPECT_EQ(
         refusal(good + cell("buf", "gnd", "vdd", symmetry, "")),
         "cells.lef: MACRO buf: found SYMMETRY without X, expected it, as every second row is upside down");
+}
+
+TEST(Delays, OtherUnitsAreRefused) {
+  const auto refusal = [](const std::string& units) -> std::string {
+    try {
+      parse_delays("library(l) {\n " + units + "\n cell(c) { pin(a) { capacitance : 1; } } }", "a.lib");
+    } catch (const UserError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal("time_unit : \"1ns\"; capacitive_load_unit (1, pf);"), "");
+  EXPECT_EQ(refusal("capacitive_load_unit (1.000, \"pF\");"), "");
+  EXPECT_EQ(refusal("time_unit : \"1ps\";"), "a.lib:2:2: found time_unit 1ps, expected 1ns");
+  EXPECT_EQ(refusal("capacitive_load_unit (1, ff);"),
+            "a.lib:2:2: found capacitive_load_unit 1 ff, expected 1 pf");
+  EXPECT_THAT(refusal("capacitive_load_unit (10, pf);"), HasSubstr("found capacitive_load_unit 10 pf"));
 }
 
 TEST(Supplies, StrapsLieOnAVerticalLayerAboveTheRails) {
