@@ -30,11 +30,11 @@ bool is_one_of_these(std::string_view word, const Words& words) {
 /// What may stand between the words of a column's name.
 constexpr std::string_view kNameSeparators = " \t_()[]/.,:";
 
-/// Behind the words that may stand before the axis: PosX, Mid X, Center-X, Pos. X, Columns: X.
+/// Behind the words that may stand before the axis: PosX, Mid X, Center-X, Pos. X, Bump X, Columns: X.
 std::size_t behind_prefixes(std::string_view name, std::size_t at) {
-  constexpr std::array<std::string_view, 16> kPrefixes = {
-      "columns",  "spalten", "format",   "order", "centroid",   "center",     "centre", "mid",
-      "position", "pos",     "location", "loc",   "koordinate", "coordinate", "coord",  "mitte"};
+  constexpr auto kPrefixes = std::to_array<std::string_view>(
+      {"columns", "spalten", "format", "order", "bump", "ball", "pad", "centroid", "center", "centre", "mid",
+       "position", "pos", "location", "loc", "koordinate", "coordinate", "coord", "mitte"});
   for (const std::string_view prefix : kPrefixes)
     if (name.substr(at).starts_with(prefix))
       at = std::min(name.find_first_not_of(" \t_.:=-", at + prefix.size()), name.size());
@@ -99,6 +99,10 @@ std::optional<std::string> unit_behind_axis(std::string_view name, char axis) {
   const std::size_t at = behind_prefixes(small, first);
   if (at == small.size() || small[at] != axis) return std::nullopt;
   const std::size_t behind = behind_suffix(small, at + 1);
+  // X-mm, Xmm
+  const std::string_view close =
+      std::string_view(small).substr(behind + (small.substr(behind).starts_with('-') ? 1 : 0));
+  if (unit_in_sentence(close) != nullptr) return std::string(close);
   if (behind < small.size() && kNameSeparators.find(small[behind]) == std::string_view::npos)
     return std::nullopt;
   const auto unit = small.find_first_not_of(kNameSeparators, behind);

@@ -253,12 +253,12 @@ void steer_a_block(Rng& rng, const Moments& moments, Moment& moment) {
       continue;
     }
     // from the ends of its range as often as not
-    const std::array<std::uint64_t, 4> ends{0, ones(flop.width), draw(), draw()};
+    const std::array<std::uint64_t, 3> ends{0, ones(flop.width), draw()};
     constexpr unsigned kPairs = 4;
-    for (unsigned pair = 0; pair < kPairs; ++pair)
-      if (set_at_decision_edge(rng, flop_blocks()[block], flop, ends[rng.below(ends.size())], draw(),
-                               moment.in, moment.chip))
-        break;
+    for (unsigned pair = 0; pair < kPairs; ++pair) {
+      const std::uint64_t low = ends[rng.below(ends.size())], high = draw();
+      if (set_at_decision_edge(rng, flop_blocks()[block], flop, low, high, moment.in, moment.chip)) break;
+    }
   }
 }
 
@@ -276,7 +276,7 @@ void change_one_block(Rng& rng, const Moments& moments, Moment& moment) {
 
 Moment any_moment(Rng& rng, const Moments& moments) {
   Moment moment = moments.any(rng);
-  switch (rng.below(6)) {
+  switch (rng.below(4)) {
     case 0:  // what one bit keeps from happening
       flip_one_bit(rng, moment.chip);
       return moment;

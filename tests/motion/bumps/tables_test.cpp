@@ -20,6 +20,12 @@ TEST_F(Readers, PlacementTablesNameTheirColumnsDifferently) {
   expect_points(read("a.csv", "Ref,Val,Package,PosX,PosY,Rot,Side\nC1,1,C,1.5,2.5,0,top\n").points,
                 {{1.5, 2.5, 2}});
   expect_points(read("b.csv", "Designator,Mid X (mm),Mid Y (mm)\nC1,1.5,2.5\n").points, {{1.5, 2.5, 2}});
+  for (const char* names : {"Bump,Bump X (mm),Bump Y (mm)", "Ball,BallX_mm,BallY_mm", "Pad,Pad X mm,Pad Y mm",
+                            "Ref,X-mm,Y-mm", "Ref,Xmm,Ymm", "Ref,Pos. X-mm,Pos. Y-mm"})
+    expect_points(read("names.csv", std::string(names) + "\nC1,1.5,2.5\n").points, {{1.5, 2.5, 2}});
+  expect_points(read("um.csv", "Ref,Xum,Yum\nC1,1500,2500\n").points, {{1.5, 2.5, 2}});
+  EXPECT_THAT(error_of("two.csv", "Ref,X,Y,Pad X,Pad Y\nC1,1,2,3,4\n"),
+              HasSubstr("found a second column named x"));
   expect_points(read("c.csv", "Designator,Center-X(mil),Center-Y(mil)\nC1,1000,2000\n").points,
                 {{25.4, 50.8, 2}});
 }
