@@ -87,9 +87,6 @@ std::uint16_t any_register_value(Rng& rng, unsigned index) {
 
 std::uint64_t any_value_of(Rng& rng, const Flop& flop, const Neighbours& beside, const chip::Chip& chip) {
   switch (rng.below(12)) {
-    case 10:
-    case 11:
-      return flop.get(beside.another_time, flop.word);
     case 0:
       return near_a_power_of_two(rng, flop.width);
     case 1:
@@ -105,6 +102,9 @@ std::uint64_t any_value_of(Rng& rng, const Flop& flop, const Neighbours& beside,
       return near_a_time(rng);
     case 7:
       return rng.bits();
+    case 10:
+    case 11:
+      return flop.get(beside.another_time, flop.word);
     default: {  // as many small as large ones; half of them with the top bit, without which they are small
       const std::uint64_t value = (rng.bits() & ones(flop.width)) >> rng.below(flop.width);
       return one_in(rng, 2) ? value : value ^ std::uint64_t{1} << (flop.width - 1);

@@ -141,7 +141,6 @@ class DefReader {
                                   fmt::format("( PIN {} ) in that net of NETS", shown(pin.name))));
     }
   }
-  static bool is_supply(Use use) { return use == Use::power || use == Use::ground; }
 
   template <typename Entry>
   void section(const char* name, const Entry& entry) {

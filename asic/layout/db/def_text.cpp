@@ -14,8 +14,6 @@ namespace {
 
 using Out = std::back_insert_iterator<std::string>;
 
-bool is_supply(const Net& net) { return net.use == Use::power || net.use == Use::ground; }
-
 void write_connections(Out& out, const Net& net, const Design& design, const Technology& technology) {
   int on_line = 0;
   for (const PinRef& ref : net.pins) {
@@ -136,14 +134,15 @@ std::string def_text(const Design& design, const Technology& technology) {
     fmt::format_to(out, " ;\n");
   }
   fmt::format_to(out, "END PINS\n");
-  const auto supplies = std::count_if(design.nets.begin(), design.nets.end(), is_supply);
+  const auto supplies = std::count_if(design.nets.begin(), design.nets.end(),
+                                      [](const Net& net) { return is_supply(net.use); });
   fmt::format_to(out, "SPECIALNETS {} ;\n", supplies);
   for (const Net& net : design.nets) {
-    if (is_supply(net)) write_supply(out, net, design, technology);
+    if (is_supply(net.use)) write_supply(out, net, design, technology);
   }
   fmt::format_to(out, "END SPECIALNETS\n");
   // a supply stands here too when inputs of cells are tied to it
-  const auto is_routed = [](const Net& net) { return !is_supply(net) || !net.pins.empty(); };
+  const auto is_routed = [](const Net& net) { return !is_supply(net.use) || !net.pins.empty(); };
   fmt::format_to(out, "NETS {} ;\n", std::count_if(design.nets.begin(), design.nets.end(), is_routed));
   for (const Net& net : design.nets) {
     if (is_routed(net)) write_signal(out, net, design, technology);

@@ -128,7 +128,7 @@ class NetlistReader {
                                     shown(name), shown(pin_name), shown(cell.type)));
       const MacroPin& its =
           technology_.macros[static_cast<std::size_t>(macro)].pins[static_cast<std::size_t>(pin)];
-      if (its.use == Use::power || its.use == Use::ground) {
+      if (is_supply(its.use)) {
         require_supply(name, its, bit);
         continue;
       }
@@ -204,11 +204,10 @@ class NetlistReader {
 
   void require_inputs(const std::string& name, const yosys::Cell& cell, const Macro& macro) const {
     for (const MacroPin& pin : macro.pins) {
-      const bool is_supply = pin.use == Use::power || pin.use == Use::ground;
       const bool is_connected = std::any_of(cell.pins.begin(), cell.pins.end(), [&](const auto& connected) {
         return connected.first == pin.name;
       });
-      if (is_supply || pin.direction != PinDirection::input || is_connected) continue;
+      if (is_supply(pin.use) || pin.direction != PinDirection::input || is_connected) continue;
       throw UserError(fmt::format("{}: cell {}/{}: found no net, expected one at every input", file_,
                                   shown(name), pin.name));
     }
@@ -296,7 +295,6 @@ Design read_netlist(const std::filesystem::path& path, const Technology& technol
 }
 
 std::string verilog_text(const Design& design, const Technology& technology) {
-  const auto is_supply = [](Use use) { return use == Use::power || use == Use::ground; };
   const auto value_of = [](const Net& net) {
     return net.use == Use::power ? "1'b1" : net.use == Use::ground ? "1'b0" : verilog::name_text(net.name);
   };

@@ -32,4 +32,19 @@ struct Rect {
   friend bool operator==(const Rect&, const Rect&) = default;
 };
 
+/// The least rectangle that holds both.
+inline Rect hull(const Rect& a, const Rect& b) {
+  return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
+}
+
+/// Distance between two rectangles, squared; 0 when they touch.
+inline Nm distance_squared(const Rect& a, const Rect& b) {
+  const Nm dx = std::max({Nm{0}, a.x0 - b.x1, b.x0 - a.x1});
+  const Nm dy = std::max({Nm{0}, a.y0 - b.y1, b.y0 - a.y1});
+  return dx * dx + dy * dy;
+}
+inline bool nearer_than(const Rect& a, const Rect& b, Nm spacing) {
+  return distance_squared(a, b) < spacing * spacing;
+}
+
 }  // namespace meltstage::layout

@@ -558,13 +558,13 @@ class LefReader {
     PinDraft draft{{}, macro.origin, {}};
     draft.pin.name = in_.next();
     while (!in_.take("END")) kBlock.next(in_, *this, draft);
-    const bool is_supply = draft.pin.use == Use::power || draft.pin.use == Use::ground;
     // a pad's supplies may come by its neighbours alone
-    if (draft.pin.shapes.empty() && !is_supply)
+    if (draft.pin.shapes.empty() && !is_supply(draft.pin.use))
       in_.fail("a PORT with a RECT of the signal's pin before its end");
     in_.expect(draft.pin.name);
     // rails reach beyond the cell, as two rows share them
-    if (!is_supply) macro.metal.insert(macro.metal.end(), draft.metal.begin(), draft.metal.end());
+    if (!is_supply(draft.pin.use))
+      macro.metal.insert(macro.metal.end(), draft.metal.begin(), draft.metal.end());
     macro.macro.pins.push_back(std::move(draft.pin));
   }
 

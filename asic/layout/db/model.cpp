@@ -29,7 +29,7 @@ Model make_model(const Design& design, const Technology& technology, std::size_t
   }
   model.net_start.push_back(0);
   for (const Net& net : design.nets) {
-    if (net.use == Use::power || net.use == Use::ground || net.pins.size() > most_pins) continue;
+    if (is_supply(net.use) || net.pins.size() > most_pins) continue;
     const std::size_t first = model.pins.size();
     for (const PinRef& ref : net.pins) {
       ModelPin pin{ref.component, model.nets(), 0, 0};

@@ -98,6 +98,7 @@ struct Site {
 
 enum class PinDirection { input, output, inout };
 enum class Use { signal, clock, power, ground };
+inline bool is_supply(Use use) { return use == Use::power || use == Use::ground; }
 
 struct MacroPin {
   std::string name;

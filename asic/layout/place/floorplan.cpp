@@ -328,7 +328,7 @@ std::vector<std::string> placement_errors(const Design& design, const Technology
 Nm wirelength(const Design& design, const Technology& technology) {
   Nm sum = 0;
   for (const Net& net : design.nets) {
-    if (net.use == Use::power || net.use == Use::ground) continue;
+    if (is_supply(net.use)) continue;
     Rect box;
     int pins = 0;
     for (const PinRef& ref : net.pins) {

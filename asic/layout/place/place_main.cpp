@@ -7,10 +7,11 @@
 #include <cstdio>
 #include <ctime>
 
-#include "asic/layout/db/supplies.hpp"
+#include "asic/layout/db/fixed_metal.hpp"
 #include "asic/layout/layout_main.hpp"
 #include "asic/layout/place/drivers.hpp"
 #include "asic/layout/place/place.hpp"
+#include "asic/layout/place/rails.hpp"
 #include "asic/layout/place/spef.hpp"
 #include "asic/layout/place/trees.hpp"
 #include "base/error.hpp"
@@ -71,7 +72,7 @@ void require_delays(const Design& design, const Technology& technology, const De
                                              meltstage::shown(macro.name)));
     has_flop = has_flop || cell->second.is_flop || cell->second.is_clock_gate;
     for (const MacroPin& pin : macro.pins) {
-      if (pin.direction != PinDirection::input || pin.use == Use::power || pin.use == Use::ground) continue;
+      if (pin.direction != PinDirection::input || is_supply(pin.use)) continue;
       const auto its = cell->second.pins.find(pin.name);
       if (its == cell->second.pins.end() || its->second.capacitance_pf <= 0.0)
         throw meltstage::UserError(fmt::format("{}: cell {}: found no capacitance of pin {}, expected one",

@@ -35,7 +35,7 @@ std::string spef_text(const Design& design, const Technology& technology) {
   std::vector<Point> at;
   std::vector<std::string> names;
   for (const Net& net : design.nets) {
-    if (net.use == Use::power || net.use == Use::ground || net.pins.size() < 2) continue;
+    if (is_supply(net.use) || net.pins.size() < 2) continue;
     at.clear();
     names.clear();
     std::string connections;

@@ -162,17 +162,16 @@ std::vector<Candidate> candidates_of(const Context& c, const AccessCell& cell, s
                 one.upper.push_back(c.rules.upper_pad.moved(crossing));
                 one.inside = inside;
                 bool free = true;
-                Rect hull = one.upper.front();
+                Rect all = one.upper.front();
                 for (const Rect& u : one.upper) {
-                  hull = {std::min(hull.x0, u.x0), std::min(hull.y0, u.y0), std::max(hull.x1, u.x1),
-                          std::max(hull.y1, u.y1)};
+                  all = hull(all, u);
                   for (const Rect& o : obstructions) free = free && !nearer_than(u, o, c.rules.upper_spacing);
                 }
                 if (!free) continue;
                 // sideways metal takes the neighbouring track's room, length along the track takes the pin's
                 // neighbours'
                 const Nm side = std::abs(x - crossing.x);
-                one.cost = 4 * side + std::abs(y - crossing.y) + hull.height() + (inside ? 0 : 200);
+                one.cost = 4 * side + std::abs(y - crossing.y) + all.height() + (inside ? 0 : 200);
                 // over a rail or at the cell's edge there is less room to get away
                 one.cost += (crossing.x <= room.x0 || crossing.x >= room.x1) ? 60 : 0;
                 found.push_back(std::move(one));
@@ -270,12 +269,6 @@ class Chooser {
 };
 
 }  // namespace
-
-Nm distance_squared(const Rect& a, const Rect& b) {
-  const Nm dx = std::max({Nm{0}, a.x0 - b.x1, b.x0 - a.x1});
-  const Nm dy = std::max({Nm{0}, a.y0 - b.y1, b.y0 - a.y1});
-  return dx * dx + dy * dy;
-}
 
 AccessRules access_rules(const Technology& technology, int lower, int upper, const Rect& upper_pad) {
   AccessRules rules;

@@ -55,10 +55,4 @@ AccessRules access_rules(const Technology& technology, int lower, int upper, con
 std::vector<std::vector<Access>> choose_access(const Technology& technology, const AccessRules& rules,
                                                const Grid& grid, const std::vector<AccessCell>& cells);
 
-/// Distance between two rectangles, squared; 0 when they touch.
-Nm distance_squared(const Rect& a, const Rect& b);
-inline bool nearer_than(const Rect& a, const Rect& b, Nm spacing) {
-  return distance_squared(a, b) < spacing * spacing;
-}
-
 }  // namespace meltstage::layout

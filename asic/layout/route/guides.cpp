@@ -95,8 +95,7 @@ class GlobalRouter {
     const RegionGrid& grid = guides_.grid;
     for (std::size_t n = 0; n < design_.nets.size(); ++n) {
       const Net& net = design_.nets[n];
-      if (net.use == Use::power || net.use == Use::ground || net.pins.size() > options_.ignored_pins)
-        continue;
+      if (is_supply(net.use) || net.pins.size() > options_.ignored_pins) continue;
       std::vector<int>& regions = terminals_[n];
       for (const PinRef& ref : net.pins) {
         const int region = grid.region_of(place_of(ref));

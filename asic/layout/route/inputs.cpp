@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "asic/layout/db/supplies.hpp"
+#include "asic/layout/db/fixed_metal.hpp"
 #include "asic/layout/place/place.hpp"
 #include "asic/layout/route/guides.hpp"
 #include "base/error.hpp"

@@ -9,6 +9,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "asic/layout/db/fixed_metal.hpp"
 #include "asic/layout/db/paths.hpp"
 #include "asic/layout/db/shape_index.hpp"
 #include "asic/layout/route/access.hpp"
@@ -46,12 +47,6 @@ struct NetLimits {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-Rect hull(const Rect& a, const Rect& b) {
-  return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
-}
-
-bool is_supply(const Net& net) { return net.use == Use::power || net.use == Use::ground; }
-
 class Wiring {
  public:
   Wiring(Design& design, const Technology& technology) : design_(design), technology_(technology) {
@@ -79,9 +74,7 @@ class Wiring {
     else if (owner != net)
       owner = kBlockedNode;
   }
-  std::vector<Shape> fixed_shapes() const;
   void obstruct(const Shape& shape);
-  ShapeIndex metal_above_pins() const;
   void keep_off(AccessCell& cell, const ShapeIndex& fixed) const;
   void add_cells(RouteReport& report);
   void take_access(int net, const Access& access);
@@ -293,44 +286,7 @@ void Wiring::obstruct(const Shape& shape) {
   });
 }
 
-// Metal above the pins that is there before any wire: supplies, and cells' own.
-std::vector<Shape> Wiring::fixed_shapes() const {
-  std::vector<Shape> shapes;
-  for (const Net& net : design_.nets) {
-    shapes.insert(shapes.end(), net.straps.begin(), net.straps.end());
-    for (const PlacedVia& placed_via : net.strap_vias)
-      for (const Shape& s : design_.via(technology_, placed_via.via).shapes)
-        shapes.push_back({s.layer, s.rect.moved(placed_via.at)});
-  }
-  for (const Component& c : design_.components) {
-    const Macro& macro = technology_.macros[at(c.macro)];
-    const auto add = [&](const Shape& s) { shapes.push_back({s.layer, placed(s.rect, macro, c)}); };
-    for (const Shape& s : macro.obstructions) {
-      // where no cut may be, no metal above it is needed
-      const bool is_cut = layer(s.layer).kind == LayerKind::cut;
-      add({is_cut ? s.layer + 1 : s.layer, s.rect});
-    }
-    for (const MacroPin& pin : macro.pins) std::for_each(pin.shapes.begin(), pin.shapes.end(), add);
-  }
-  std::erase_if(shapes, [&](const Shape& s) { return routed_index(s.layer) < 0; });
-  return shapes;
-}
-
-// What of it lies on the lowest layer of tracks. Where metal is so wide that it asks for more than the
-// layer's least spacing, it counts as so much larger.
-ShapeIndex Wiring::metal_above_pins() const {
-  const Layer& above = layer(layers_[0].layer);
-  ShapeIndex index;
-  for (const Shape& shape : fixed_shapes()) {
-    if (shape.layer != layers_[0].layer) continue;
-    const Nm wide = std::min(shape.rect.width(), shape.rect.height()),
-             run = std::max(shape.rect.width(), shape.rect.height());
-    index.add({shape.layer, shape.rect.grown(above.spacing_for(wide, run) - above.spacing)});
-  }
-  return index;
-}
-
-// A cell with such metal near it has ways of its own to its pins.
+// A cell with fixed metal near it has ways of its own to its pins.
 void Wiring::keep_off(AccessCell& cell, const ShapeIndex& fixed) const {
   constexpr int kReach = 4;  // pitches that the metal of a pin may reach out of its cell
   const Rect area = cell.outline.grown(kReach * std::max(grid_.pitch_x, grid_.pitch_y));
@@ -374,7 +330,7 @@ void Wiring::add_cells(RouteReport& report) {
       if (ref.component != kDiePin)
         net_of[at(ref.component)][at(ref.pin)] = {static_cast<int>(n), static_cast<int>(p)};
     }
-  const ShapeIndex fixed = metal_above_pins();
+  const ShapeIndex fixed = fixed_metal_on(layers_[0].layer, design_, technology_);
   std::vector<AccessCell> cells;
   std::vector<int> component_of;
   std::vector<std::vector<int>> pins_of;
@@ -386,8 +342,7 @@ void Wiring::add_cells(RouteReport& report) {
     std::vector<int> pins;
     cell.kind = fmt::format("{} {}", macro.name, static_cast<int>(component.orientation));
     for (std::size_t p = 0; p < macro.pins.size(); ++p) {
-      const bool wanted =
-          net_of[c][p].first >= 0 && macro.pins[p].use != Use::power && macro.pins[p].use != Use::ground;
+      const bool wanted = net_of[c][p].first >= 0 && !is_supply(macro.pins[p].use);
       AccessPin access_pin;
       for (const Shape& s : macro.pins[p].shapes) {
         if (s.layer == layers_[0].layer) access_pin.upper_metal.push_back(placed(s.rect, macro, component));
@@ -427,7 +382,7 @@ void Wiring::add_cells(RouteReport& report) {
       }
       crowded = crowded || access.crowded;
       int maze_net = 0;
-      if (is_supply(design_.nets[at(net)]) || maze_nets[at(net)].empty()) {
+      if (is_supply(design_.nets[at(net)].use) || maze_nets[at(net)].empty()) {
         maze_net = static_cast<int>(problem_.nets.size());
         problem_.nets.emplace_back();
         design_net_.push_back(net);
@@ -444,7 +399,7 @@ void Wiring::add_cells(RouteReport& report) {
       Net& drawn = design_.nets[at(net)];
       drawn.vias.push_back({access.via, access.at});
       for (const Rect& m : access.metal) drawn.patches.push_back({layers_[0].layer, m});
-      if (is_supply(drawn)) tied.emplace_back(maze_net, access);
+      if (is_supply(drawn.use)) tied.emplace_back(maze_net, access);
     }
     if (crowded) report.crowded.push_back(component.name);
   }
@@ -452,7 +407,7 @@ void Wiring::add_cells(RouteReport& report) {
     for (std::size_t p = 0; p < design_.nets[n].pins.size(); ++p) {
       const PinRef& ref = design_.nets[n].pins[p];
       if (ref.component != kDiePin) continue;
-      if (is_supply(design_.nets[n])) {
+      if (is_supply(design_.nets[n].use)) {
         const DiePin& pin = design_.pins[at(ref.pin)];
         if (pin.use == Use::signal) report.open.push_back(pin.name + " (output at a constant)");
         continue;
@@ -581,7 +536,7 @@ void Wiring::check_terminals(RouteReport& report) {
       if (terminal.empty()) report.crowded.push_back(net.name);
     }
     std::erase_if(problem_.nets[n].terminals, [](const std::vector<int>& t) { return t.empty(); });
-    if (is_supply(net) && problem_.nets[n].terminals.size() < 2)
+    if (is_supply(net.use) && problem_.nets[n].terminals.size() < 2)
       report.open.push_back(net.name + " (tied input)");
   }
 }
@@ -677,7 +632,7 @@ void Wiring::draw(int maze_net, const MazeTree& tree, RouteReport& report) {
 void Wiring::extract(int maze_net, const MazeTree& tree, RouteReport& report) const {
   const int design_net = design_net_[at(maze_net)];
   const Net& net = design_.nets[at(design_net)];
-  if (is_supply(net)) return;
+  if (is_supply(net.use)) return;
   NetParasitics& parasitics = report.parasitics[at(design_net)];
   std::unordered_map<int, int> index;
   const auto of_node = [&](int node) {
@@ -771,7 +726,7 @@ RouteReport Wiring::run(const RouteOptions& options, const NetLimits& limits, st
   problem_.grid = grid_;
   problem_.owner.assign(at(grid_.nodes()), kFreeNode);
   holds_metal_.assign(at(grid_.nodes()), 0);
-  for (const Shape& shape : fixed_shapes()) obstruct(shape);
+  for (const Shape& shape : fixed_shapes(design_, technology_)) obstruct(shape);
   add_cells(report);
   check_terminals(report);
   guide();

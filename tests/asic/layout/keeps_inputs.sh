@@ -58,6 +58,11 @@ sed '/LAYER m2 TYPE/ s/SPACING 0.3 ;//' cells.lef > no_spacing.lef
 grep -v 'm3\|v2' cells.lef > two_layers.lef
 : > empty.lef
 printf 'VERSION 5.8 ;\nDESIGN d ;\nUNITS DISTANCE MICRONS 1000 ;\nDIEAREA ( 0 0 ) ( 1000 1000 ) ;\nEND DESIGN\n' > empty.def
+lib() { printf 'library(l) { %s }\n' "$1" > "$2"; }
+lib 'cell(OTHER) { pin(A) { capacitance : 1; } }' other.lib
+lib 'cell(INV) { pin(A) { rise_capacitance : 1; } }' bare.lib
+lib 'cell(INV) { pin(A) { capacitance : 1; } }' no_flop.lib
+lib 'time_unit : "1ps"; cell(INV) { pin(A) { capacitance : 1; } }' ps.lib
 sha256sum ./* > before
 
 # refused FOUND COMMAND...: the answer is one line with FOUND, and no file is another or new
@@ -98,6 +103,11 @@ refused 'overlap.def:7:3: found u1 and u2: overlap, expected cells side by side'
 refused 'off_site.def:7:3: found u2: at x = 8100 nm, not on the sites of ROW_0' "$route" --lef cells.lef --def off_site.def --out new.def
 refused 'strapped.def: found that pin a is at a strap of VDD on m2; expected supplies, pins of the die' "$route" --lef cells.lef --def strapped.def --out new.def
 refused '--spef: found no RESISTANCE or no CAPACITANCE of layer m1 in cells.lef' "$route" --lef cells.lef --def two.def --out new.def --spef new.spef
+clock=("$place" --lef cells.lef --netlist two.json --def new.def --clock a --buffers INV --liberty)
+refused 'other.lib: found no cell INV, expected each cell of the netlist' "${clock[@]}" other.lib
+refused 'bare.lib: cell INV: found no capacitance of pin A' "${clock[@]}" bare.lib
+refused 'no_flop.lib: found no flop (ff) and no clock gate' "${clock[@]}" no_flop.lib
+refused 'ps.lib:1:14: found time_unit 1ps, expected 1ns' "${clock[@]}" ps.lib
 refused 'wired.def:14:31: found wires of net n, expected none' "$route" --lef cells.lef --def wired.def --out new.def
 refused 'no_spacing.lef: found no SPACING of layer m2 that holds' "$route" --lef no_spacing.lef --def two.def --out new.def
 refused 'empty.lef: found no pin with USE POWER, expected MACROs' "$place" --lef empty.lef --netlist two.json --def new.def

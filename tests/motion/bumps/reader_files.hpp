@@ -118,7 +118,7 @@ class Xlsx : public Readers {
                                   "    text = text.replace(sys.argv[3].encode(), sys.argv[4].encode())\n"
                                   "  b.writestr(name, text)\n"
                                   "b.close()\n");
-    const std::string changed = (folder_ / "changed.xlsx").string();
+    const std::string changed = (folder_ / ("changed_" + workbook.filename().string())).string();
     EXPECT_EQ(std::system(("/usr/bin/python3 " + script.string() + " " + workbook.string() + " " + changed +
                            " '" + from + "' '" + to + "'")
                               .c_str()),

@@ -279,6 +279,30 @@ TEST_F(Routing, NoViaOfAPinLiesOnAnObstructionOfItsCuts) {
   EXPECT_GE(route(d, obstructed, {}).no_access.size(), 2 * static_cast<std::size_t>(inverters));
 }
 
+// Nothing joins it to the supply's rail.
+TEST_F(Routing, AnOutputAtAConstantIsToldOpen) {
+  Design d = placed_design(40, 1);
+  DiePin one = d.pins.back();
+  one.name = "one";
+  one.net = 0;
+  one.direction = PinDirection::output;
+  d.nets[0].pins.push_back({kDiePin, static_cast<int>(d.pins.size())});
+  d.pins.push_back(one);
+  EXPECT_THAT(route(d, technology, {}).open, Contains("one (output at a constant)"));
+}
+
+// Vias so small that two of them fit on crossings side by side, where a patch of least area does not.
+TEST_F(Routing, PatchesKeepTheirSpacing) {
+  Technology small = technology;
+  for (Layer& layer : small.layers)
+    if (layer.kind == LayerKind::routing) layer.area_nm2 = 400'000;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    Design d = placed_design(160, seed);
+    route(d, small, {});
+    EXPECT_THAT(spacing_errors(d, small), IsEmpty()) << seed;
+  }
+}
+
 TEST_F(Routing, TheChecksFindAMissingViaAndADisplacedWire) {
   Design d = placed_design(80, 3);
   ASSERT_TRUE(route(d, technology, {}).is_clean());

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "asic/layout/db/supplies.hpp"
+#include "asic/layout/db/fixed_metal.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
-#include <optional>
-#include <set>
 
 #include "asic/layout/db/shape_index.hpp"
-#include "base/error.hpp"
 #include "base/place.hpp"
 
 namespace meltstage::layout {
@@ -17,20 +14,12 @@ namespace {
 
 constexpr std::size_t kMostFaults = 20;
 
-bool is_supply(Use use) { return use == Use::power || use == Use::ground; }
-
 std::string corner(const Rect& r) { return fmt::format("({}, {})", r.x0, r.y0); }
 
 class SupplyCheck {
  public:
   SupplyCheck(const Design& design, const Technology& technology)
       : design_(design), technology_(technology) {}
-
-  static bool are_nearer(const Rect& a, const Rect& b, Nm spacing) {
-    const Nm dx = std::max({Nm{0}, a.x0 - b.x1, b.x0 - a.x1}),
-             dy = std::max({Nm{0}, a.y0 - b.y1, b.y0 - a.y1});
-    return dx * dx + dy * dy < spacing * spacing;
-  }
 
   std::vector<std::string> faults() && {
     for (const Net& net : design_.nets) {
@@ -76,7 +65,7 @@ class SupplyCheck {
     const Nm reach = spacing(shape.layer, shape.rect, shape.rect);
     index_.for_each_in({shape.layer, shape.rect.grown(std::max(reach, widest_spacing_))}, [&](std::size_t i) {
       if (owners_[i] != &net &&
-          are_nearer(index_[i].rect, shape.rect, spacing(shape.layer, index_[i].rect, shape.rect)))
+          nearer_than(index_[i].rect, shape.rect, spacing(shape.layer, index_[i].rect, shape.rect)))
         tell(fmt::format("{} and {} are nearer than the spacing of {} at {} nm", shown(owners_[i]->name),
                          shown(net.name), layer(shape.layer).name, corner(shape.rect)));
     });
@@ -98,7 +87,7 @@ class SupplyCheck {
             const Rect& strap = index_[i].rect;
             const bool wrong = overlap_alone
                                    ? strap.overlaps(shape.rect)
-                                   : are_nearer(strap, shape.rect, spacing(shape.layer, strap, shape.rect));
+                                   : nearer_than(strap, shape.rect, spacing(shape.layer, strap, shape.rect));
             if (wrong)
               tell(fmt::format("{} is at {} of {} on {} at {} nm", shown(owners_[i]->name), name,
                                shown(component.name), layer(shape.layer).name, corner(shape.rect)));
@@ -118,26 +107,40 @@ class SupplyCheck {
   std::vector<std::string> faults_;
 };
 
-/// The supplies along a cell's lower and upper edge, by name.
-struct Rails {
-  std::string low, high;
-  friend bool operator==(const Rails&, const Rails&) = default;
-};
+}  // namespace
 
-std::optional<Rails> rails_of(const Macro& macro) {
-  Rails rails;
-  for (const MacroPin& pin : macro.pins) {
-    if (!is_supply(pin.use)) continue;
-    for (const Shape& shape : pin.shapes) {
-      if (shape.rect.width() < macro.width) continue;
-      if (shape.rect.y0 <= 0) rails.low = pin.name;
-      if (shape.rect.y1 >= macro.height) rails.high = pin.name;
-    }
+std::vector<Shape> fixed_shapes(const Design& design, const Technology& technology) {
+  std::vector<Shape> shapes;
+  for (const Net& net : design.nets) {
+    shapes.insert(shapes.end(), net.straps.begin(), net.straps.end());
+    for (const PlacedVia& placed_via : net.strap_vias)
+      for (const Shape& s : design.via(technology, placed_via.via).shapes)
+        shapes.push_back({s.layer, s.rect.moved(placed_via.at)});
   }
-  return rails.low.empty() || rails.high.empty() ? std::nullopt : std::optional(rails);
+  for (const Component& c : design.components) {
+    const Macro& macro = technology.macros[static_cast<std::size_t>(c.macro)];
+    const auto add = [&](const Shape& s) { shapes.push_back({s.layer, placed(s.rect, macro, c)}); };
+    for (const Shape& s : macro.obstructions) {
+      // where no cut may be, no metal above it is needed
+      const LayerKind kind = technology.layers[static_cast<std::size_t>(s.layer)].kind;
+      add({kind == LayerKind::cut ? s.layer + 1 : s.layer, s.rect});
+    }
+    for (const MacroPin& pin : macro.pins) std::for_each(pin.shapes.begin(), pin.shapes.end(), add);
+  }
+  return shapes;
 }
 
-}  // namespace
+ShapeIndex fixed_metal_on(int layer, const Design& design, const Technology& technology) {
+  const Layer& metal = technology.layers[static_cast<std::size_t>(layer)];
+  ShapeIndex index;
+  for (const Shape& shape : fixed_shapes(design, technology)) {
+    if (shape.layer != layer) continue;
+    const Nm wide = std::min(shape.rect.width(), shape.rect.height()),
+             run = std::max(shape.rect.width(), shape.rect.height());
+    index.add({layer, shape.rect.grown(metal.spacing_for(wide, run) - metal.spacing)});
+  }
+  return index;
+}
 
 std::vector<std::string> supply_faults(const Design& design, const Technology& technology) {
   return SupplyCheck(design, technology).faults();
@@ -184,34 +187,13 @@ std::vector<std::string> die_pin_faults(const Design& design, const Technology& 
           if (owners[i].net == pin.net || is_supply_pin || faults.size() == kMostFaults) return;
           const Nm spacing = layer.spacing_for(std::min(other.width(), other.height()),
                                                std::max(other.width(), other.height()));
-          if (SupplyCheck::are_nearer(pin.shape.rect, other, spacing))
+          if (nearer_than(pin.shape.rect, other, spacing))
             faults.push_back(
                 fmt::format("pin {} is at {} on {}", shown(pin.name), owners[i].what, layer.name));
         });
     add(pin.shape, pin.net, "pin " + shown(pin.name));
   }
   return faults;
-}
-
-void require_like_rails(const Design& design, const Technology& technology) {
-  std::set<int> used;
-  for (const Component& component : design.components) used.insert(component.macro);
-  const Macro* first = nullptr;
-  for (const int index : used) {
-    const Macro& macro = technology.macros[static_cast<std::size_t>(index)];
-    if (!macro.symmetric_x)
-      throw UserError(fmt::format(
-          "{}: MACRO {}: found SYMMETRY without X, expected it, as every second row is upside down",
-          technology.files, shown(macro.name)));
-    const std::optional<Rails> rails = rails_of(macro);
-    if (!rails) continue;
-    if (first == nullptr) first = &macro;
-    if (const Rails expected = *rails_of(*first); *rails != expected)
-      throw UserError(fmt::format(
-          "{}: MACRO {}: found the rails {} below and {} above, expected {} and {} as MACRO {} has",
-          technology.files, shown(macro.name), shown(rails->low), shown(rails->high), shown(expected.low),
-          shown(expected.high), shown(first->name)));
-  }
 }
 
 }  // namespace meltstage::layout

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "asic/layout/db/supplies.hpp"
+#include "asic/layout/db/fixed_metal.hpp"
 
 #include <gmock/gmock.h>
 
@@ -8,6 +8,7 @@
 #include "asic/layout/db/delays.hpp"
 #include "asic/layout/db/technology.hpp"
 #include "asic/layout/place/place.hpp"
+#include "asic/layout/place/rails.hpp"
 #include "base/error.hpp"
 
 namespace meltstage::layout {
@@ -60,7 +61,7 @@ Design row_of(const Technology& technology) {
   return d;
 }
 
-TEST(Supplies, StrapsKeepApartFromEachOtherAndFromCells) {
+TEST(FixedMetal, StrapsKeepApartFromEachOtherAndFromCells) {
   const Technology technology =
       with(cell("inv", "gnd", "vdd", "SYMMETRY X Y ;", " OBS LAYER m2 ; RECT 3 6 4 7 ; END\n"));
   const int m1 = technology.find_layer("m1"), m2 = technology.find_layer("m2");
@@ -89,7 +90,7 @@ TEST(Supplies, StrapsKeepApartFromEachOtherAndFromCells) {
   EXPECT_THAT(faults({strap(39'800, 500)}, {}), ElementsAre(HasSubstr("reaches out of the die")));
 }
 
-TEST(Supplies, PinsOfTheDieKeepApartFromAllButTheirNet) {
+TEST(FixedMetal, PinsOfTheDieKeepApartFromAllButTheirNet) {
   const Technology technology =
       with(cell("inv", "gnd", "vdd", "SYMMETRY X Y ;", " OBS LAYER m2 ; RECT 3 6 4 7 ; END\n"));
   const int m2 = technology.find_layer("m2");
@@ -121,7 +122,7 @@ TEST(Supplies, PinsOfTheDieKeepApartFromAllButTheirNet) {
   EXPECT_THAT(faults(2, {{20'000, 0}, {20'595, 0}}), ElementsAre("pin p1 is at pin p0 on m2"));
 }
 
-TEST(Supplies, CellsOfARowHaveLikeRails) {
+TEST(FixedMetal, CellsOfARowHaveLikeRails) {
   const auto refusal = [](const std::string& cells) -> std::string {
     const Technology technology = with(cells);
     try {
@@ -161,7 +162,7 @@ TEST(Delays, OtherUnitsAreRefused) {
   EXPECT_THAT(refusal("capacitive_load_unit (10, pf);"), HasSubstr("found capacitive_load_unit 10 pf"));
 }
 
-TEST(Supplies, StrapsLieOnAVerticalLayerAboveTheRails) {
+TEST(FixedMetal, StrapsLieOnAVerticalLayerAboveTheRails) {
   const Technology technology = with(cell("inv", "gnd", "vdd", "SYMMETRY X Y ;", ""));
   for (const char* layer : {"m1", "nosuch"}) {
     Design d = row_of(technology);
