@@ -295,7 +295,7 @@ TEST_F(Routing, AnOutputAtAConstantIsToldOpen) {
 TEST_F(Routing, PatchesKeepTheirSpacing) {
   Technology small = technology;
   for (Layer& layer : small.layers)
-    if (layer.kind == LayerKind::routing) layer.area_nm2 = 400'000;
+    if (layer.kind == LayerKind::routing) layer.area_nm2 = 330'000;
   for (unsigned seed = 1; seed <= 4; ++seed) {
     Design d = placed_design(160, seed);
     route(d, small, {});
