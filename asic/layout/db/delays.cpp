@@ -67,6 +67,7 @@ DelayPin pin_of(const Group& library, const Group& pin, const std::string& file)
   result.capacitance_pf = pin.number("capacitance", file);
   result.max_capacitance_pf = pin.number("max_capacitance", file);
   result.is_clock = pin.text("clock") == "true";
+  result.function = pin.text("function");
   for (const Group& timing : pin.groups) {
     // an arc of one edge alone is that of an asynchronous set or reset
     const std::array<const Group*, 4> tables{

@@ -40,6 +40,7 @@ struct DelayPin {
   double capacitance_pf = 0.0;
   double max_capacitance_pf = 0.0;  ///< outputs, 0: not said
   bool is_clock = false;
+  std::string function;        ///< outputs, as it is written; empty: not said
   std::vector<DelayArc> arcs;  ///< outputs
 };
 

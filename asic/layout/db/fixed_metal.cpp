@@ -117,6 +117,8 @@ std::vector<Shape> fixed_shapes(const Design& design, const Technology& technolo
       for (const Shape& s : design.via(technology, placed_via.via).shapes)
         shapes.push_back({s.layer, s.rect.moved(placed_via.at)});
   }
+  for (const DiePin& pin : design.pins)
+    if (pin.is_placed && is_supply(pin.use)) shapes.push_back(pin.shape);
   for (const Component& c : design.components) {
     const Macro& macro = technology.macros[static_cast<std::size_t>(c.macro)];
     const auto add = [&](const Shape& s) { shapes.push_back({s.layer, placed(s.rect, macro, c)}); };
@@ -149,20 +151,22 @@ std::vector<std::string> supply_faults(const Design& design, const Technology& t
 std::vector<std::string> die_pin_faults(const Design& design, const Technology& technology) {
   struct Owned {
     int net;  // -1: none
+    Use use;  // of a cell's pin without a net
     std::string what;
   };
   ShapeIndex index;
   std::vector<Owned> owners;
-  const auto add = [&](const Shape& shape, int net, std::string what) {
+  const auto add = [&](const Shape& shape, int net, Use use, std::string what) {
     if (technology.layers[static_cast<std::size_t>(shape.layer)].kind != LayerKind::routing) return;
     index.add(shape);
-    owners.push_back({net, std::move(what)});
+    owners.push_back({net, use, std::move(what)});
   };
   std::map<std::pair<int, int>, int> net_of;
   for (std::size_t n = 0; n < design.nets.size(); ++n) {
     const Net& net = design.nets[n];
     for (const PinRef& ref : net.pins) net_of[{ref.component, ref.pin}] = static_cast<int>(n);
-    for (const Shape& strap : net.straps) add(strap, static_cast<int>(n), "a strap of " + shown(net.name));
+    for (const Shape& strap : net.straps)
+      add(strap, static_cast<int>(n), net.use, "a strap of " + shown(net.name));
   }
   for (std::size_t c = 0; c < design.components.size(); ++c) {
     const Component& component = design.components[c];
@@ -171,27 +175,28 @@ std::vector<std::string> die_pin_faults(const Design& design, const Technology& 
       const auto net = net_of.find({static_cast<int>(c), static_cast<int>(p)});
       for (const Shape& s : macro.pins[p].shapes)
         add({s.layer, placed(s.rect, macro, component)}, net == net_of.end() ? -1 : net->second,
-            fmt::format("pin {} of {}", shown(macro.pins[p].name), shown(component.name)));
+            macro.pins[p].use, fmt::format("pin {} of {}", shown(macro.pins[p].name), shown(component.name)));
     }
     for (const Shape& s : macro.obstructions)
-      add({s.layer, placed(s.rect, macro, component)}, -1, "an obstruction of " + shown(component.name));
+      add({s.layer, placed(s.rect, macro, component)}, -1, Use::signal,
+          "an obstruction of " + shown(component.name));
   }
   std::vector<std::string> faults;
   for (const DiePin& pin : design.pins) {
     if (!pin.is_placed) continue;
     const Layer& layer = technology.layers[static_cast<std::size_t>(pin.shape.layer)];
-    const bool is_supply_pin = is_supply(pin.use);
     index.for_each_in(
         {pin.shape.layer, pin.shape.rect.grown(std::max<Nm>(layer.spacing, 1))}, [&](std::size_t i) {
           const Rect& other = index[i].rect;
-          if (owners[i].net == pin.net || is_supply_pin || faults.size() == kMostFaults) return;
+          const bool is_its_rail = owners[i].net < 0 && is_supply(pin.use) && owners[i].use == pin.use;
+          if (owners[i].net == pin.net || is_its_rail || faults.size() == kMostFaults) return;
           const Nm spacing = layer.spacing_for(std::min(other.width(), other.height()),
                                                std::max(other.width(), other.height()));
           if (nearer_than(pin.shape.rect, other, spacing))
             faults.push_back(
                 fmt::format("pin {} is at {} on {}", shown(pin.name), owners[i].what, layer.name));
         });
-    add(pin.shape, pin.net, "pin " + shown(pin.name));
+    add(pin.shape, pin.net, pin.use, "pin " + shown(pin.name));
   }
   return faults;
 }

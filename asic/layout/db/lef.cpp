@@ -366,7 +366,10 @@ class LefReader {
         LefStatement<ViaDraft>{"RECT",
                                [](LefReader& r, ViaDraft& d) {
                                  if (d.layer < 0) r.in_.fail("LAYER before RECT");
-                                 d.via.shapes.push_back({d.layer, r.rect()});
+                                 const Tokens at = r.in_;
+                                 const Rect rect = r.rect();
+                                 if (rect.width() == 0 || rect.height() == 0) at.fail("a RECT with an area");
+                                 d.via.shapes.push_back({d.layer, rect});
                                }},
         LefStatement<ViaDraft>{
             "RESISTANCE",

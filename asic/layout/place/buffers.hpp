@@ -276,13 +276,22 @@ class TreeBuilder {
     const auto outputs = std::count_if(macro.pins.begin(), macro.pins.end(), [](const MacroPin& pin) {
       return pin.direction == PinDirection::output;
     });
-    if (inputs != 1 || outputs != 1 || (b.arc != nullptr && b.arc->unateness == Unateness::negative))
+    if (inputs != 1 || outputs != 1 || !follows_input(cell->second, macro, b))
       throw UserError(fmt::format(
           "--buffers: found {}, expected a buffer: one input, and one output that follows it", shown(name)));
     if (b.arc == nullptr)
       throw UserError(
           fmt::format("--buffers: found no delay of {} in Liberty, expected a buffer", shown(name)));
     return b;
+  }
+
+  /// By its function, as Liberty need not tell the sense of an arc.
+  static bool follows_input(const DelayCell& cell, const Macro& macro, const Buffer& b) {
+    if (b.arc == nullptr) return true;  // told as such
+    std::string function = cell.pins.find(macro.pins[static_cast<std::size_t>(b.out)].name)->second.function;
+    std::erase_if(function, [](char c) { return c == ' ' || c == '(' || c == ')'; });
+    return function == macro.pins[static_cast<std::size_t>(b.in)].name &&
+           b.arc->unateness != Unateness::negative;
   }
 
   /// Sinks that may share a buffer: latencies within a band.

@@ -222,6 +222,14 @@ void Wiring::find_vias() {
     const Nm pitch = r.vertical ? grid_.pitch_x : grid_.pitch_y;
     grid_.vertical.push_back(r.vertical);
     const Rect reserve = hull(r.pad, r.patch);
+    const Nm along_pitch = r.vertical ? grid_.pitch_y : grid_.pitch_x;
+    const Nm low_end = r.vertical ? -reserve.y0 : -reserve.x0,
+             high_end = r.vertical ? reserve.y1 : reserve.x1;
+    if (low_end + high_end + r.spacing > 2 * along_pitch)
+      throw UserError(fmt::format(
+          "{}: metal of a via or of the least AREA on {} reaches {} nm along its track, expected at most {}, "
+          "two crossings without the spacing",
+          technology_.files, shown(layer(r.layer).name), low_end + high_end, 2 * along_pitch - r.spacing));
     const Nm length = r.vertical ? reserve.height() : reserve.width();
     grid_.ends_spread.push_back(length + r.spacing > (r.vertical ? grid_.pitch_y : grid_.pitch_x));
     if (across(r.pad, r.vertical) + r.spacing > pitch)

@@ -184,7 +184,18 @@ TEST_F(VectorsCommand, EveryFormatHitsTheSameFaults) {
     EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
   };
   refused("patterns.stil --chains netlist", "leave it out");
-  refused("patterns.evcd --chains " + (out / "manifest.json").string(), "expected \"chains\"");
+  refused("patterns.evcd --chains " + (out / "manifest.json").string(),
+          "found another shape, expected \"chains\"");
+  const auto list = [&](const std::string& text) {
+    std::ofstream(out / "own.json") << text;
+    return "patterns.evcd --chains " + (out / "own.json").string();
+  };
+  refused(list("{\"chains\": []}"), "own.json: found no chain, expected \"chains\"");
+  refused(list("{\"chains\": [}"), "own.json:1:13: found no JSON, expected JSON with \"chains\"");
+  refused(list("{\"chains\": [{\"name\": 5}]}"), "own.json: chain 1: found another shape");
+  refused(list("{\"chains\": [{\"name\": \"c\", \"in\": \"i\", \"out\": \"o\", \"cells\": [\"" +
+               std::string(5000, 'x') + "\"]}]}"),
+          "own.json: chain c: found a name of 5000 characters, expected 1 to 4096");
   refused("patterns.evcd --chains nosuch.json", "nosuch.json: no such file");
   std::ofstream(out / "bad.wgl") << "waveforms x\n";
   refused("bad.wgl", "bad.wgl:1:1: found");

@@ -119,6 +119,13 @@ TEST(FixedMetal, PinsOfTheDieKeepApartFromAllButTheirNet) {
   EXPECT_THAT(faults(3, {{29'400, 0}}), IsEmpty());
   EXPECT_THAT(faults(3, {{29'405, 0}}), ElementsAre("pin p0 is at a strap of vdd on m2"));
   EXPECT_THAT(faults(2, {{20'000, 0}, {20'600, 0}}), IsEmpty());
+  // a supply's pin is metal like its straps
+  d.pins = {{"vss", 1, PinDirection::inout, Use::ground, true, {m2, {30'500, 0, 30'800, 300}}, {}}};
+  EXPECT_THAT(die_pin_faults(d, technology), ElementsAre("pin vss is at a strap of vdd on m2"));
+  d.pins[0].net = 0;
+  d.pins[0].use = Use::power;
+  EXPECT_THAT(die_pin_faults(d, technology), IsEmpty());
+  EXPECT_THAT(fixed_shapes(d, technology), Contains(d.pins[0].shape));
   EXPECT_THAT(faults(2, {{20'000, 0}, {20'595, 0}}), ElementsAre("pin p1 is at pin p0 on m2"));
 }
 

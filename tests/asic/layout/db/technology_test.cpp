@@ -112,6 +112,8 @@ TEST(Technology, WrongInputIsOneLine) {
   };
   EXPECT_EQ(message("LAYER M\n PITCH zero ;"),
             "cells.lef:2:8: found \"zero\", expected a length of at most a metre");
+  EXPECT_EQ(message("LAYER M\n TYPE CUT ;\nEND M\nVIA V\n LAYER M ;\n RECT -1 -1 -1 1 ;"),
+            "cells.lef:6:7: found \"-1\", expected a RECT with an area");
   EXPECT_EQ(message("VIA V\n LAYER nosuch ;"),
             "cells.lef:2:8: found \"nosuch\", expected a layer that was described before");
   EXPECT_EQ(message("MACRO A\n SIZE 1 BY 2 ;\n"), "cells.lef:3:1: found the file's end, expected more");

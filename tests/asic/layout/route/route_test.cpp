@@ -303,6 +303,24 @@ TEST_F(Routing, PatchesKeepTheirSpacing) {
   }
 }
 
+TEST_F(Routing, MetalThatReachesTheCrossingAfterTheNextIsRefused) {
+  for (const bool by_area : {true, false}) {
+    Technology wide = technology;
+    const int metal3 = wide.find_layer("metal3");
+    if (by_area) {
+      wide.layers[static_cast<std::size_t>(metal3)].area_nm2 = 1'500'000;
+    } else {
+      for (Via& via : wide.vias)
+        for (Shape& shape : via.shapes)
+          if (shape.layer == metal3) shape.rect = {-900, -200, 900, 200};
+    }
+    Design d = placed_design(20, 1);
+    EXPECT_THAT([&] { route(d, wide, {}); },
+                ::testing::ThrowsMessage<UserError>(::testing::HasSubstr("on metal3 reaches")))
+        << by_area;
+  }
+}
+
 TEST_F(Routing, TheChecksFindAMissingViaAndADisplacedWire) {
   Design d = placed_design(80, 3);
   ASSERT_TRUE(route(d, technology, {}).is_clean());
