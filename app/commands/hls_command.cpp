@@ -357,6 +357,32 @@ int compare(const Options& o) {
   return verdicts.proved() ? 0 : 1;
 }
 
+// The bits of flops that never switch, whatever the state.
+int list_still(const Options& o) {
+  ProgressLine line;
+  const auto begin = Clock::now();
+  line.show("translating the C++");
+  const hls::Circuit model = circuit_of(o.sources, hls::Undefined::kIsLeft);
+  const hls::Problem problem = hls::make_switches(model, tied_pins(o));
+  const std::vector<std::size_t> chosen = choose(problem, o.blocks);
+  const std::vector<hls::Answer> answers = hls::prove(problem, chosen, o.limits, shown_on(line));
+  line.clear();
+  std::size_t never = 0;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (answers[i].verdict != hls::Verdict::kHolds) continue;
+    ++never;
+    fmt::print("{}{}\n", problem.obligations[chosen[i]].name,
+               answers[i].needs_invariants ? ", where the invariants hold" : "");
+  }
+  const Verdicts verdicts = print_open(problem, chosen, answers, o.examples);
+  fmt::print(
+      "{} bits of flops: {} rises and falls have a state that shows them, {} never happen{}{}, {} not "
+      "decided; {:.0f} s\n",
+      chosen.size() / 2, verdicts.broken, never, o.tied.empty() ? "" : " with ", fmt::join(o.tied, " "),
+      verdicts.open, seconds_since(begin));
+  return verdicts.open == 0 ? 0 : 1;
+}
+
 void add_sources(CLI::App* command, Options& o) {
   command->add_option("FILES", o.sources.files, "C++ files of the function and all that it calls")
       ->required();
@@ -401,6 +427,18 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
       "--mutants", o->mutants,
       "When all is proved: invert an operand of so many gates of the RTL, one at a time, and refute each");
   proof->callback([o, action] { *action = [o] { return prove(*o); }; });
+
+  CLI::App* still = hls->add_subcommand(
+      "still", "Bits of flops that never rise or never fall, whatever the state and the pins");
+  add_sources(still, *o);
+  still->add_option("--block", o->blocks, "These blocks alone: instance paths such as u_guard");
+  still->add_option("--tie", o->tied, "PIN=0 or PIN=1: in clocks with this value of a pin alone");
+  still->add_option("--conflicts", o->limits.conflicts, "Of the SAT solver, for one bit")
+      ->capture_default_str();
+  still->add_option("--seed", o->limits.seed, "Of the random values")->capture_default_str();
+  still->add_option("--examples", o->examples, "Bits named at most that are not decided")
+      ->capture_default_str();
+  still->callback([o, action] { *action = [o] { return list_still(*o); }; });
 
   CLI::App* ways = hls->add_subcommand(
       "compare", "Whether two ways to write the function are one, for every state and input");

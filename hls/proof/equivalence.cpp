@@ -18,6 +18,14 @@ std::string block_of(const std::string& name) {
   return dot == std::string::npos ? "top" : name.substr(0, dot);
 }
 
+// The invariants hold.
+Literal reachable_states(const Circuit& model, Aig& aig, Blaster& gates) {
+  Literal reachable = kTrue;
+  for (const Invariant& invariant : model.invariants)
+    reachable = aig.both(reachable, gates.bits(invariant.now)[0]);
+  return reachable;
+}
+
 constexpr const char* kClock = "clk_i";
 
 // The RTL's gates, copied into the common graph as they are asked for.
@@ -234,9 +242,7 @@ class Builder {
     Bits inputs = problem_.pins;
     inputs.insert(problem_.state.begin(), problem_.state.end());
     Blaster model(model_.graph, aig, inputs, products);
-    problem_.reachable = kTrue;
-    for (const Invariant& invariant : model_.invariants)
-      problem_.reachable = aig.both(problem_.reachable, model.bits(invariant.now)[0]);
+    problem_.reachable = reachable_states(model_, aig, model);
 
     std::unordered_map<std::string, const RtlFlop*> flop_of;
     for (std::size_t i = 0; i < names_.size(); ++i) flop_of[names_[i]] = &rtl_.flops[i];
@@ -360,9 +366,7 @@ Problem make_problem(const Circuit& one, const Circuit& other) {
   const Bits inputs = inputs_of(one, problem);
   Blaster gates(one.graph, problem.aig, inputs, {});
   Blaster others(other.graph, problem.aig, inputs, {});
-  problem.reachable = kTrue;
-  for (const Invariant& invariant : one.invariants)
-    problem.reachable = problem.aig.both(problem.reachable, gates.bits(invariant.now)[0]);
+  problem.reachable = reachable_states(one, problem.aig, gates);
   const auto compare = [&](Kind kind, const Field& field, Node a, Node b) {
     for (unsigned i = 0; i < field.width; ++i) {
       const Literal of_one = gates.bits(a)[i], of_other = others.bits(b)[i];
@@ -382,6 +386,31 @@ Problem make_problem(const Circuit& one, const Circuit& other) {
                     one.in_reset ? "the first way alone to have" : "the other way alone to have"));
   if (one.in_reset)
     compare(Kind::kPin, {"hls_in_reset()", 0, 1, 1, false, APInt(1, 1)}, *one.in_reset, *other.in_reset);
+  return problem;
+}
+
+Problem make_switches(const Circuit& model, const TiedPins& tied) {
+  Problem problem;
+  for (const auto& [name, value] : tied) problem.pins[name] = problem.aig.constant(value);
+  const Bits inputs = inputs_of(model, problem);
+  std::size_t pins = 0;
+  for (const Pin& pin : model.inputs) pins += pin.field.width;
+  if (problem.pins.size() != pins)
+    throw UserError("--tie: found a pin that the C++ has not, expected one of its input pins");
+  Blaster gates(model.graph, problem.aig, inputs, {});
+  problem.reachable = reachable_states(model, problem.aig, gates);
+  for (const Flop& flop : model.flops) {
+    for (unsigned i = 0; i < flop.field.width; ++i) {
+      if (!flop.field.kept[i]) continue;
+      const std::string name = bit_name(flop.field, i);
+      const Literal now = problem.state.at(name), next = gates.bits(flop.next)[i];
+      const std::string block = block_of(flop.field.name);
+      problem.obligations.push_back(
+          {Kind::kFlop, name + " never rises", block, problem.aig.both(now ^ 1, next), now, next});
+      problem.obligations.push_back(
+          {Kind::kFlop, name + " never falls", block, problem.aig.both(now, next ^ 1), now, next});
+    }
+  }
   return problem;
 }
 

@@ -58,6 +58,11 @@ Problem make_problem(const Circuit& model, const Rtl& rtl, Products products, co
 /// same. Throws UserError for a flop or pin of one side that the other one hasn't got.
 Problem make_problem(const Circuit& one, const Circuit& other);
 
+/// The question which bits of flops can switch: for each bit that rises, and for each that falls, in a clock
+/// that begins in a state in which the invariants hold. What is wrong never happens where the answer holds.
+/// `tied`: in clocks with this value of a pin alone. Throws UserError for a pin that the circuit hasn't got.
+Problem make_switches(const Circuit& model, const TiedPins& tied);
+
 /// Adds what C++ compiled with Undefined::kTraps promises.
 void add_promises(Problem& problem, const Circuit& trapped);
 

@@ -4,66 +4,56 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <string_view>
-#include <type_traits>
+#include <sstream>
+#include <utility>
+
+#include "toggles_text.hpp"
 
 namespace meltstage::tb {
+
 namespace {
 
-struct Word {
-  std::string_view block;
-  std::string name;
-  unsigned width;
-  std::uint64_t bits;  // that are flops
-};
-
-#define TC_TEXT2(x) #x
-#define TC_TEXT1(x) TC_TEXT2(x)
-
-const std::vector<Word>& words() {
-  static const std::vector<Word> list = [] {
-    std::vector<Word> made;
-#define TC_FLOP(type, name, width, reset) \
-  made.push_back(                         \
-      {TC_TEXT1(TC_MEMBER), TC_TEXT1(TC_MEMBER) "." #name, width, ~std::uint64_t{0} >> (64 - (width))});
-#define TC_ARRAY(type, name, count, width)                                                                  \
-  for (unsigned word = 0; word < (count); ++word)                                                           \
-    made.push_back({TC_TEXT1(TC_MEMBER), fmt::format("{}.{}[{}]", TC_TEXT1(TC_MEMBER), #name, word), width, \
-                    chip::array_flops<std::remove_cvref_t<decltype(chip::Chip::TC_MEMBER)>>(word, width)});
-#include "cmodel/for_each_flop.inc"
-    return made;
-  }();
-  return list;
+// "u_guard.pv_q[3]", the RTL's name of a bit, as "guard.pv_q" and its number.
+std::pair<std::string, unsigned> flop_and_bit(std::string name) {
+  for (std::size_t at = 0; (at = name.find("u_", at)) != std::string::npos;)
+    if (at == 0 || name[at - 1] == '.')
+      name.erase(at, 2);
+    else
+      ++at;
+  const std::size_t bracket = name.rfind('[');
+  if (bracket == std::string::npos) return {name, 0};
+  return {name.substr(0, bracket), static_cast<unsigned>(std::stoul(name.substr(bracket + 1)))};
 }
 
-template <class Take>
-void for_values(const chip::Chip& chip, const Take& take) {
-  std::size_t i = 0;
-#define TC_FLOP(type, name, width, reset) take(i++, static_cast<std::uint64_t>(chip.TC_MEMBER.name));
-#define TC_ARRAY(type, name, count, width)        \
-  for (unsigned word = 0; word < (count); ++word) \
-    take(i++, static_cast<std::uint64_t>(chip.TC_MEMBER.name[word]));
-#include "cmodel/for_each_flop.inc"
+FlopToggles::Never read_never() {
+  FlopToggles::Never never;
+  std::istringstream lines{std::string(toggles_text::kNeverSwitch)};
+  for (std::string name, word, way; lines >> name >> word >> way; ++never.count) {
+    const auto [flop_name, bit] = flop_and_bit(name);
+    for (const Flop* flop : flops_in_order())
+      if (flop != nullptr && name_of(*flop) == flop_name)
+        (way == "rises" ? never.rises : never.falls)[flop->place] |= std::uint64_t{1} << bit;
+  }
+  return never;
 }
 
 }  // namespace
 
-void FlopToggles::observe(const chip::Chip& now) {
-  for_values(now, [&](std::size_t i, std::uint64_t value) {
-    const std::uint64_t changed = value ^ last_[i];
-    if (changed == 0) return;
-    rose[i] |= changed & value;
-    fell[i] |= changed & last_[i];
-    last_[i] = value;
-  });
+const FlopToggles::Never& FlopToggles::never() {
+  static const Never read = read_never();
+  return read;
 }
 
-void FlopToggles::resume(const chip::Chip& state) {
-  for_values(state, [&](std::size_t i, std::uint64_t value) { last_[i] = value; });
+void FlopToggles::observe(const chip::Chip& now) {
+  for_each_changed(
+      last_, now, [&](const Flop& flop) { add(flop, flop.get(last_, flop.word), flop.get(now, flop.word)); });
+  last_ = now;
 }
+
+void FlopToggles::resume(const chip::Chip& state) { last_ = state; }
 
 void FlopToggles::add(const FlopToggles& other) {
-  for (std::size_t i = 0; i < kWords; ++i) {
+  for (std::size_t i = 0; i < kFlopPlaces; ++i) {
     rose[i] |= other.rose[i];
     fell[i] |= other.fell[i];
   }
@@ -71,24 +61,24 @@ void FlopToggles::add(const FlopToggles& other) {
 
 std::vector<FlopToggles::Block> FlopToggles::blocks() const {
   std::vector<Block> list;
-  for (std::size_t i = 0; i < kWords; ++i) {
-    const Word& word = words()[i];
-    if (list.empty() || list.back().name != word.block) list.push_back({std::string(word.block), 0, 0});
-    list.back().bits += static_cast<unsigned>(std::popcount(word.bits));
-    list.back().switched += static_cast<unsigned>(std::popcount(word.bits & rose[i] & fell[i]));
+  for (const Flop* flop : flops_in_order()) {
+    if (flop == nullptr) continue;
+    const std::string block = flop->name.substr(0, flop->name.rfind('.'));
+    if (list.empty() || list.back().name != block) list.push_back({block, 0, 0});
+    list.back().bits += static_cast<unsigned>(std::popcount(flop->changeable));
+    list.back().switched += static_cast<unsigned>(std::popcount(flop->changeable & ~still(*flop)));
   }
   return list;
 }
 
 std::vector<std::string> FlopToggles::still() const {
   std::vector<std::string> list;
-  for (std::size_t i = 0; i < kWords; ++i) {
-    const Word& word = words()[i];
-    for (unsigned bit = 0; bit < word.width; ++bit) {
-      const std::uint64_t mask = std::uint64_t{1} << bit;
-      const bool up = (rose[i] & mask) != 0, down = (fell[i] & mask) != 0;
-      if ((word.bits & mask) == 0 || (up && down)) continue;
-      list.push_back(fmt::format("{}{}: never {}", word.name, word.width == 1 ? "" : fmt::format("[{}]", bit),
+  for (const Flop* flop : flops_in_order()) {
+    for (unsigned bit = 0; flop != nullptr && bit < flop->width; ++bit) {
+      if ((still(*flop) >> bit & 1) == 0) continue;
+      const bool up = (rose[flop->place] >> bit & 1) != 0, down = (fell[flop->place] >> bit & 1) != 0;
+      list.push_back(fmt::format("{}{}: never {}", name_of(*flop),
+                                 flop->width == 1 ? "" : fmt::format("[{}]", bit),
                                  up     ? "fell"
                                  : down ? "rose"
                                         : "switched"));

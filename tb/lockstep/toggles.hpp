@@ -9,17 +9,17 @@
 #include <vector>
 
 #include "cmodel/chip.hpp"
+#include "tb/pins/flop_table.hpp"
 
 namespace meltstage::tb {
 
 class FlopToggles {
  public:
-#define TC_FLOP(type, name, width, reset) +1
-#define TC_ARRAY(type, name, count, width) +(count)
-  static constexpr std::size_t kWords = 0
-#include "cmodel/for_each_flop.inc"
-      ;
-
+  // A flop in a clock of its own.
+  void add(const Flop& flop, std::uint64_t was, std::uint64_t is) {
+    rose[flop.place] |= is & ~was;
+    fell[flop.place] |= was & ~is;
+  }
   // A clock after the state that was seen last.
   void observe(const chip::Chip& now);
   // Goes on from another state: what differs has not switched by itself.
@@ -34,14 +34,27 @@ class FlopToggles {
   };
   // Block by block, in the order of the source.
   std::vector<Block> blocks() const;
-  // Names of the bits that have not switched both ways: "guard.fault_q[3]: never fell".
+  // Names of the bits that have not switched both ways and could: "guard.fault_q[3]: never fell".
   std::vector<std::string> still() const;
+  // Those bits of one flop.
+  std::uint64_t still(const Flop& flop) const {
+    return flop.changeable &
+           ~((rose[flop.place] | never().rises[flop.place]) & (fell[flop.place] | never().falls[flop.place]));
+  }
 
-  // Bits of each word (a flop, or an array's word) that have risen and fallen.
-  std::array<std::uint64_t, kWords> rose{}, fell{};
+  // Bits that switch one way from no state whatever, but in a reset: never_switch.txt, proved by the test
+  // hls.never_switch.
+  struct Never {
+    std::array<std::uint64_t, kFlopPlaces> rises{}, falls{};
+    std::size_t count = 0;
+  };
+  static const Never& never();
+
+  // Bits that have risen and fallen, by Flop::place.
+  std::array<std::uint64_t, kFlopPlaces> rose{}, fell{};
 
  private:
-  std::array<std::uint64_t, kWords> last_{};
+  chip::Chip last_;
 };
 
 }  // namespace meltstage::tb

@@ -27,9 +27,15 @@ const std::vector<FlopBlock>& flop_blocks() {
   static const std::vector<FlopBlock> list = [] {
     std::vector<FlopBlock> made;
     std::string_view last;
+    std::size_t place = 0;
     const auto add = [&](std::string_view instance, FlopWords flops) {
       if (instance != last) made.emplace_back();
       last = instance;
+      for (Flop& flop : flops) {
+        flop.place = place++;
+        flop.block = made.size() - 1;
+      }
+      std::erase_if(flops, [](const Flop& flop) { return flop.changeable == 0; });
       made.back().push_back(std::move(flops));
     };
 #define TC_TEXT2(x) #x
@@ -51,13 +57,38 @@ const std::vector<FlopBlock>& flop_blocks() {
            [](const chip::Chip& c, unsigned w) { return std::uint64_t{c.TC_MEMBER.name[w]}; },               \
            [](chip::Chip& c, unsigned w, std::uint64_t v) { c.TC_MEMBER.name[w] = held<type, width>(v); }}); \
     }                                                                                                        \
-    std::erase_if(words, [](const Flop& flop) { return flop.changeable == 0; });                             \
     add(TC_TEXT1(TC_INSTANCE), std::move(words));                                                            \
   }
 #include "cmodel/for_each_flop.inc"
     return made;
   }();
   return list;
+}
+
+const std::vector<const Flop*>& flops_in_order() {
+  static const std::vector<const Flop*> list = [] {
+    std::vector<const Flop*> made(kFlopPlaces);
+    for (const FlopBlock& block : flop_blocks())
+      for (const FlopWords& words : block)
+        for (const Flop& flop : words) made[flop.place] = &flop;
+    return made;
+  }();
+  return list;
+}
+
+void for_each_changed(const chip::Chip& was, const chip::Chip& is,
+                      const std::function<void(const Flop&)>& take) {
+  const std::vector<const Flop*>& flops = flops_in_order();
+  std::size_t place = 0;
+#define TC_FLOP(type, name, width, reset)                           \
+  if (was.TC_MEMBER.name != is.TC_MEMBER.name) take(*flops[place]); \
+  ++place;
+#define TC_ARRAY(type, name, count, width)                                        \
+  for (unsigned word = 0; word < (count); ++word) {                               \
+    if (was.TC_MEMBER.name[word] != is.TC_MEMBER.name[word]) take(*flops[place]); \
+    ++place;                                                                      \
+  }
+#include "cmodel/for_each_flop.inc"
 }
 
 std::string name_of(const Flop& flop) {

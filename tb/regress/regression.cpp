@@ -237,6 +237,7 @@ RegressVerdict join_runs(const fs::path& folder, const RegressPlan& plan) {
   }
   verdict.holes = coverage.holes();
   verdict.toggles = coverage.toggles;
+  for (const std::string& bit : verdict.toggles.still()) verdict.holes.push_back("flop bit " + bit);
   if (plan.suite.coverage_closed)
     for (const std::string& hole : verdict.holes) verdict.faults.push_back("not covered: " + hole);
   return verdict;

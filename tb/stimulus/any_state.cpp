@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -19,12 +20,11 @@
 #include "tb/stimulus/decision_edge.hpp"
 #include "tb/stimulus/random_requests.hpp"
 #include "tb/stimulus/random_run.hpp"
+#include "tb/stimulus/still_bits.hpp"
 
 namespace meltstage::tb {
 
 namespace {
-
-// ---- A trial ---------------------------------------------------------------------------------------------
 
 // A chance of 1 in so many; 0: never.
 bool happens(Rng& rng, unsigned rarity) { return rarity != 0 && one_in(rng, rarity); }
@@ -75,145 +75,7 @@ void stir_pins(Rng& rng, unsigned rarity, chip::Inputs& in) {
   in.rst_n = !happens(rng, 32 * rarity);
 }
 
-// The registers themselves.
-bool is_mem(const FlopBlock& block) { return block[0][0].name.starts_with("mem."); }
-
-// Whether a flop of the block is another.
-bool differs(const FlopBlock& block, const chip::Chip& one, const chip::Chip& other) {
-  return std::ranges::any_of(block, [&](const FlopWords& flops) {
-    return std::ranges::any_of(
-        flops, [&](const Flop& flop) { return flop.get(one, flop.word) != flop.get(other, flop.word); });
-  });
-}
-
 }  // namespace
-
-// ---- Moments ---------------------------------------------------------------------------------------------
-
-// The model alone, whose moments are kept.
-class Collector final : public Device {
- public:
-  Collector(const chip::Chip& start, Rng& rng, Moments& moments)
-      : model_(start), rng_(rng), moments_(moments) {}
-
-  chip::Outputs step(const chip::Inputs& in) override {
-    const chip::Chip before = model_;
-    const chip::Outputs out = model_.step(in);
-    if (in.rst_n) {
-      for (std::size_t block = 0; block < moments_.blocks_.size(); ++block) {
-        for (Moments::NarrowFlop& narrow : moments_.blocks_[block]) {
-          const std::uint64_t becomes = narrow.flop.get(model_, 0);
-          if (becomes != narrow.flop.get(before, 0))
-            keep(event(narrow, becomes), {before, in, block, {}, {}});
-        }
-      }
-    }
-    return out;
-  }
-  const chip::Chip& model() const override { return model_; }
-  void restart(const chip::Chip& state, const chip::Inputs&) override { model_ = state; }
-  Compared finish() override { return {}; }
-
- private:
-  static constexpr std::size_t kKept = 6;  // moments of an event
-
-  static Moments::Value& event(Moments::NarrowFlop& narrow, std::uint64_t becomes) {
-    const auto met = std::ranges::find(narrow.values, becomes, &Moments::Value::value);
-    return met == narrow.values.end() ? narrow.values.emplace_back(Moments::Value{becomes, 0, {}}) : *met;
-  }
-
-  // Each moment of an event is as likely to be kept (reservoir sampling).
-  void keep(Moments::Value& event, const Moment& moment) {
-    const std::uint64_t place = event.met < kKept ? event.met : rng_.below(event.met + 1);
-    ++event.met;
-    if (place == event.kept.size() && place < kKept)
-      event.kept.push_back(moment);
-    else if (place < event.kept.size())
-      event.kept[place] = moment;
-  }
-
-  chip::Chip model_;
-  Rng& rng_;
-  Moments& moments_;
-};
-
-Moments::Moments(std::uint64_t first, std::uint64_t seeds, std::uint64_t clocks) {
-  for (const FlopBlock& block : flop_blocks()) {
-    blocks_.emplace_back();
-    for (const FlopWords& words : block)
-      if (is_narrow(words[0])) blocks_.back().push_back({words[0], {}});
-  }
-  for (std::uint64_t seed = first; seed < first + seeds; ++seed) {
-    Rng rng = stream(seed, "moments");
-    random_run(std::make_unique<Collector>(random_start(seed), rng, *this), seed, clocks);
-  }
-  std::vector<std::set<unsigned>> read_by(flop_blocks().size());
-  for (auto& block : blocks_) {
-    std::erase_if(block, [](const NarrowFlop& narrow) { return narrow.values.empty(); });
-    for (NarrowFlop& narrow : block)
-      for (Value& value : narrow.values)
-        for (Moment& moment : value.kept) look_into(moment, read_by);
-  }
-  std::erase_if(blocks_, [](const auto& block) { return block.empty(); });
-  for (const std::set<unsigned>& registers : read_by)
-    read_by_.emplace_back(registers.begin(), registers.end());
-}
-
-const Moment& Moments::any(Rng& rng) const {
-  const auto& block = blocks_[rng.below(blocks_.size())];
-  const std::vector<Value>& values = block[rng.below(block.size())].values;
-  const std::vector<Moment>& kept = values[rng.below(values.size())].kept;
-  return kept[rng.below(kept.size())];
-}
-
-std::size_t Moments::events() const {
-  std::size_t count = 0;
-  for (const auto& block : blocks_)
-    for (const NarrowFlop& narrow : block) count += narrow.values.size();
-  return count;
-}
-
-// A block reads a register when another value of it makes another next state of the block. A flop steers a
-// block when one of two drawn values takes it another way.
-void Moments::look_into(Moment& moment, std::vector<std::set<unsigned>>& read_by) {
-  Rng rng(0, "moment");
-  const std::vector<FlopBlock>& blocks = flop_blocks();
-  chip::Chip stepped = moment.chip;
-  stepped.step(moment.in);
-  for (unsigned index = 1; index < spec::kHoldingCount; ++index) {
-    chip::Chip other = moment.chip;
-    other.mem.preset(index, any_register_value(rng, index));
-    other.step(moment.in);
-    bool read = false;
-    for (std::size_t block = 0; block < blocks.size(); ++block) {
-      if (is_mem(blocks[block]) || !differs(blocks[block], stepped, other)) continue;
-      read_by[block].insert(index);
-      read = true;
-    }
-    if (read) moment.registers_read.push_back(index);
-  }
-  moment.steering.resize(blocks.size());
-  std::vector<std::uint64_t> ways;
-  for (const FlopBlock& block : blocks) ways.push_back(way_of_block(block, moment.chip, stepped));
-  for (const FlopBlock& own : blocks) {
-    if (is_mem(own)) continue;
-    for (const FlopWords& words : own) {
-      for (const Flop& flop : words) {
-        std::vector<bool> steered(blocks.size());
-        for (unsigned draw = 0; draw < 2; ++draw) {
-          chip::Chip other = moment.chip;
-          set_flop(flop, rng.bits() >> rng.below(64), other);
-          chip::Chip after = other;
-          after.step(moment.in);
-          for (std::size_t block = 0; block < blocks.size(); ++block)
-            steered[block] = steered[block] || way_of_block(blocks[block], other, after) != ways[block];
-        }
-        for (std::size_t block = 0; block < blocks.size(); ++block)
-          if (steered[block]) moment.steering[block].push_back(&flop);
-      }
-    }
-  }
-}
 
 bool holds_invariants(const chip::Chip& chip) {
   const chip::Invariants hold = chip::invariants_of(chip);
@@ -232,8 +94,7 @@ Neighbours any_block(Rng& rng, const Moments& moments, const Moment& moment) {
   return neighbours_in(rng, rng.below(flop_blocks().size()), moments, moment);
 }
 
-void change_one_flop(Rng& rng, const Moments& moments, Moment& moment) {
-  const Neighbours block = any_block(rng, moments, moment);
+void change_one_flop(Rng& rng, const Neighbours& block, Moment& moment) {
   change_flop(rng, block.flops[rng.below(block.flops.size())], block, moment.chip);
   moment.chip.mem.refresh_params();
 }
@@ -282,7 +143,7 @@ Moment any_moment(Rng& rng, const Moments& moments) {
       return moment;
     case 1:
       change_registers(rng, moment.chip);
-      change_one_flop(rng, moments, moment);
+      change_one_flop(rng, any_block(rng, moments, moment), moment);
       return moment;
     case 2:
       change_registers(rng, moment.chip);
@@ -297,13 +158,38 @@ Moment any_moment(Rng& rng, const Moments& moments) {
   }
 }
 
+namespace {
+
+constexpr unsigned kCounting = 8;  // one trial in so many begins where a flop is about to change
+
+void change_a_flop_that_it_may_need(Rng& rng, const Moments& moments, Moment& moment) {
+  const std::size_t block = one_in(rng, 2) ? moment.block : rng.below(flop_blocks().size());
+  change_one_flop(rng, neighbours_in(rng, block, moments, moment), moment);
+}
+
+// Before any bit of any flop may switch. One that has not switched yet is tried with the model till it does.
+Moment before_a_switch(Rng& rng, const Moments& moments, const StillBits& bits) {
+  constexpr unsigned kTries = 100;
+  for (unsigned tries = 0; tries < kTries; ++tries) {
+    std::optional<Aim> aim = bits.aim(rng);
+    if (!aim) continue;
+    if (!one_in(rng, 3)) change_a_flop_that_it_may_need(rng, moments, aim->moment);
+    if (!bits.is_still(*aim) || aim->switches()) return std::move(aim->moment);
+  }
+  return any_moment(rng, moments);
+}
+
+}  // namespace
+
 TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::uint64_t seed,
                                std::uint64_t first, std::uint64_t count) {
   TrialCount reached;
+  StillBits bits;
   rtl.set_assertions(false);  // they speak of states that a sound chip has
   for (std::uint64_t trial = first; trial < first + count; ++trial) {
     Rng rng = stream(seed + (trial << 20), "any state");
-    const Moment moment = any_moment(rng, moments);
+    const Moment moment =
+        one_in(rng, kCounting) ? before_a_switch(rng, moments, bits) : any_moment(rng, moments);
     chip::Chip chip = moment.chip;
     if (!holds_invariants(chip)) {
       ++reached.refused;
@@ -316,6 +202,7 @@ TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::u
     const unsigned clocks = one_in(rng, 32) ? 64 : one_of(rng, std::array{1u, 1u, 1u, 1u, 2u, 2u, 4u, 8u});
     for (unsigned clock = 1; clock <= clocks; ++clock) {
       stretch.inputs.push_back(in);
+      const chip::Chip before = chip;
       const chip::Outputs expected = chip.step(in);
       const chip::Outputs got = rtl.step(in);
       if (got != expected || !rtl.flops_equal(chip)) {
@@ -330,11 +217,13 @@ TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::u
                            list_differences(chip::Chip{}, moment.chip),
                        std::make_shared<const FailedStretch>(std::move(stretch)));
       }
+      if (in.rst_n) bits.observe(before, in, chip);
       ++reached.clocks;
       stir_pins(rng, rarity, in);
     }
     ++reached.compared;
   }
+  reached.toggles = bits.toggles();
   return reached;
 }
 

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
+
 #include "tb/lockstep/verilated_rtl.hpp"
 
 namespace meltstage::tb {
@@ -46,6 +48,27 @@ TEST(Toggles, EachFlopOfTheRtlIsThere) {
   unsigned bits = 0;
   for (const auto& block : FlopToggles().blocks()) bits += block.bits;
   EXPECT_EQ(bits, make_verilated_rtl()->flop_bits());
+}
+
+// Each line of never_switch.txt is a bit of a flop; that it never switches so is what hls.never_switch
+// proves.
+TEST(Toggles, WhatNeverHappensIsNotAskedFor) {
+  const FlopToggles::Never& never = FlopToggles::never();
+  std::size_t bits = 0;
+  for (std::size_t place = 0; place < kFlopPlaces; ++place)
+    bits += std::popcount(never.rises[place]) + std::popcount(never.falls[place]);
+  EXPECT_EQ(bits, never.count);
+  EXPECT_GT(bits, 0u);
+  FlopToggles toggles;
+  chip::Chip chip;
+  toggles.resume(chip);
+  EXPECT_THAT(toggles.still(), Contains("algor.i_q[31]: never switched"));
+  chip.algor.i_q = -1;
+  toggles.resume(chip);
+  chip.algor.i_q = 0;
+  toggles.observe(chip);
+  EXPECT_THAT(toggles.still(), Not(Contains(testing::StartsWith("algor.i_q[31]"))));
+  EXPECT_THAT(toggles.still(), Contains("algor.i_q[30]: never rose"));
 }
 
 TEST(Toggles, RunsAddUp) {
