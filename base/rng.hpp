@@ -87,4 +87,7 @@ class Rng {
 /// The sub-stream `name` of `seed`.
 inline Rng stream(std::uint64_t seed, std::string_view name) { return {seed, name}; }
 
+/// A chance of 1 in n, at least 1.
+inline bool one_in(Rng& rng, std::uint64_t n) { return rng.below(n) == 0; }
+
 }  // namespace meltstage

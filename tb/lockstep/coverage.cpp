@@ -162,10 +162,12 @@ void Coverage::observe(const chip::Chip& now, const chip::Inputs& in, const chip
   for (std::size_t i = 0; i < std::size(kPoints); ++i) {
     if (!points[i]) points[i] = kPoints[i].seen(moment);
   }
-  if (in.rst_n)
+  if (in.rst_n) {
+    crosses.observe(toggles.last(), now);
     toggles.observe(now);
-  else
+  } else {
     toggles.resume(now);
+  }
   const std::uint8_t state = now.sysctrl.state_q & 31;
   if (in.rst_n) {
     ++states[state];
@@ -211,6 +213,7 @@ void Coverage::add(const Coverage& other) {
   for (std::size_t i = 0; i < points.size(); ++i) points[i] = points[i] || other.points[i];
   crc_errors += other.crc_errors;
   toggles.add(other.toggles);
+  crosses.add(other.crosses);
 }
 
 std::vector<std::string> Coverage::holes() const {

@@ -24,6 +24,8 @@ class FlopToggles {
   void observe(const chip::Chip& now);
   // Goes on from another state: what differs has not switched by itself.
   void resume(const chip::Chip& state);
+  // The state that was seen last.
+  const chip::Chip& last() const { return last_; }
   // Adds what another run has seen.
   void add(const FlopToggles& other);
 

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tb/lockstep/verilated_rtl.hpp"
 
+#include <fmt/format.h>
+#include <unistd.h>
+#include <verilated_cov.h>
 #include <verilated_fst_c.h>
+
+#include <atomic>
+#include <cstdlib>
 
 #include "Vtc_top.h"
 #include "Vtc_top__Syms.h"
@@ -42,11 +48,23 @@ class TracedTop final : public verilated::VerilatedTop<Vtc_top_traced> {
   std::uint64_t half_cycles_ = 0;
 };
 
+#ifdef COUNT_RTL_LINES
+// Leaves what it has counted in the folder RTL_COVERAGE, a file each; tests/coverage.sh adds them up.
+class PlainTop final : public verilated::VerilatedTop<Vtc_top> {
+ public:
+  ~PlainTop() override {
+    static std::atomic<unsigned> number = 0;
+    if (const char* folder = std::getenv("RTL_COVERAGE"))
+      context_.coveragep()->write(fmt::format("{}/{}-{}.dat", folder, getpid(), number++).c_str());
+  }
+};
+#else
+using PlainTop = verilated::VerilatedTop<Vtc_top>;
+#endif
+
 }  // namespace
 
-std::unique_ptr<VerilatedRtl> make_verilated_rtl() {
-  return std::make_unique<verilated::VerilatedTop<Vtc_top>>();
-}
+std::unique_ptr<VerilatedRtl> make_verilated_rtl() { return std::make_unique<PlainTop>(); }
 std::unique_ptr<VerilatedRtl> make_traced_rtl(const std::filesystem::path& path) {
   return std::make_unique<TracedTop>(path);
 }

@@ -76,6 +76,9 @@ void for_counts(AnyCoverage& coverage, const Visit& visit) {
   visit("points", coverage.points);
   visit("rose", coverage.toggles.rose);
   visit("fell", coverage.toggles.fell);
+  visit("faults_in_state", coverage.crosses.in_state);
+  visit("faults_at_once", coverage.crosses.at_once);
+  visit("faults_while_one_stands", coverage.crosses.while_stands);
 }
 
 // {"states": [[3, 17], ...], ...}: index and count of what is not 0.
@@ -238,6 +241,7 @@ RegressVerdict join_runs(const fs::path& folder, const RegressPlan& plan) {
   verdict.holes = coverage.holes();
   verdict.toggles = coverage.toggles;
   for (const std::string& bit : verdict.toggles.still()) verdict.holes.push_back("flop bit " + bit);
+  for (const std::string& cross : coverage.crosses.holes()) verdict.holes.push_back(cross);
   if (plan.suite.coverage_closed)
     for (const std::string& hole : verdict.holes) verdict.faults.push_back("not covered: " + hole);
   return verdict;

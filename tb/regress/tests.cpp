@@ -56,6 +56,7 @@ void run_any_state(const RegressRun& run, const fs::path&, RunResult& result) {
   result.compared.pin_values = reached.clocks * spec::kOutputPins;
   result.compared.flop_values = reached.clocks * rtl->flop_bits();
   result.coverage.toggles = reached.toggles;
+  result.coverage.crosses = reached.crosses;
 }
 
 void run_skip(const RegressRun& run, const fs::path&, RunResult& result) {

@@ -9,6 +9,7 @@
 
 #include "base/rng.hpp"
 #include "cmodel/chip.hpp"
+#include "tb/lockstep/fault_crosses.hpp"
 #include "tb/lockstep/toggles.hpp"
 #include "tb/lockstep/verilated_rtl.hpp"
 #include "tb/stimulus/moments.hpp"
@@ -29,6 +30,7 @@ struct TrialCount {
   std::uint64_t clocks = 0;
   std::uint64_t refused = 0;  // states without an invariant: not compared
   FlopToggles toggles;        // but for what a reset does
+  FaultCrosses crosses;
 };
 
 // Trials first .. first + count - 1 of a seed. Each takes a moment, changes flops of one block and registers,

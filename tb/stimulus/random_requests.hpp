@@ -71,6 +71,4 @@ std::uint16_t any_value(Rng& rng, unsigned index);
 // Registers that a random host may write without slowing everything to a crawl.
 bool writable(unsigned index);
 
-inline bool one_in(Rng& rng, std::uint64_t n) { return rng.below(n) == 0; }
-
 }  // namespace meltstage::tb

@@ -1,0 +1,33 @@
+#!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
+# tests/coverage/measure.sh [FOLDER]: which lines the tests of ./check run, in a build of its own (build/coverage); an hour or two.
+# Prints a table of lines a room of C++ (gcov) and of lines and branches a file of RTL (Verilator, suite pr of meltstage regress).
+# What no test has run is listed in FOLDER (default out/coverage): cpp.txt, rtl.txt. Exit status: 0 when each room has
+# at least 95 % and each file of RTL all, 1 when not.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd -P)
+source "$root/cmake/setup.sh"
+here=$root/tests/coverage
+build=$root/build/coverage
+out=$(mkdir -p "${1:-$root/out/coverage}" && cd "${1:-$root/out/coverage}" && pwd -P)
+
+install_packages run vision silicon hls page peers check coverage
+configure coverage VISION=ON SILICON=ON HLS=ON SYSTEMC=ON PAGE=ON BENCHES=ON TESTS=ON
+build coverage all
+
+echo "== tests"
+find "$build" -name '*.gcda' -delete
+# a test that is slow without optimisation may fail by its time: what it ran counts all the same
+ctest --test-dir "$build" --label-exclude '^long$' --timeout 3000 -j "$(nproc)" --progress --output-log "$out/tests.log" >/dev/null || true
+tail -n 30 "$out/tests.log" | grep -E 'tests passed|\(Failed\)|\(Timeout\)' || true
+
+echo "== suite pr"
+rm -rf "$out/rtl"
+mkdir "$out/rtl"
+RTL_COVERAGE=$out/rtl "$build/app/meltstage-regress" regress run pr --out "$out/regress" --fresh >"$out/regress.log"
+verilator_coverage --write "$out/rtl.dat" "$out"/rtl/*.dat >/dev/null
+
+echo "== lines"
+(cd "$build" && gcovr --root "$root" --object-directory "$build" --gcov-ignore-parse-errors --exclude-unreachable-branches \
+  --filter "$root/(cmodel|motion|asic|tb)/" --json "$out/cpp.json" "$build" 2>"$out/gcovr.log")
+python3 "$here/tables.py" "$root" "$out"
