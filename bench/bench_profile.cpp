@@ -14,6 +14,7 @@
 #include "bench/bench.hpp"
 #include "bench/bench_stimulus.hpp"
 #include "bench/klipper_look_ahead.hpp"
+#include "motion/profile/arrival.hpp"
 #include "motion/profile/moving_end.hpp"
 #include "motion/profile/profile.hpp"
 #include "motion/profile/retarget.hpp"
@@ -95,6 +96,16 @@ void add_plan_times(std::vector<BenchRow>& rows, int batches, std::uint64_t seed
                     [&](int i) {
                       const motion::MotionState state{0.0, 3.0 * distance(5 * i), 500.0, 0.0};
                       return plan_to_speed(symmetric, state, distance(i), 2.0 * distance(3 * i)).duration_s;
+                    }),
+            {});
+  add_times(rows, "three axes together while moving",
+            time_of(std::max(1, batches / 10),
+                    [&](int i) {
+                      motion::AxisStates state;
+                      state.position_mm = state.jerk_mm_s3 = origin;
+                      state.velocity_mm_s = {3.0 * distance(5 * i), -distance(3 * i), distance(11 * i)};
+                      state.acceleration_mm_s2 = {500.0, -300.0, 200.0};
+                      return plan_together(axes, state, target(i), origin).duration_s;
                     }),
             {});
 }

@@ -17,9 +17,10 @@ build coverage all
 
 echo "== tests"
 find "$build" -name '*.gcda' -delete
-# a test that is slow without optimisation may fail by its time: what it ran counts all the same
-ctest --test-dir "$build" --label-exclude '^long$' --timeout 3000 -j "$(nproc)" --progress --output-log "$out/tests.log" >/dev/null || true
-tail -n 30 "$out/tests.log" | grep -E 'tests passed|\(Failed\)|\(Timeout\)' || true
+# those of other rooms are left out, and suite pr, which comes next; a test that is too slow with counters has run its lines all the same
+others='^(hls|docs|style|install|changes|kernel|fuzz|bench|proof|formal)[._]|^(Regress\.pr|Generated|Canary|Mutants|Netlist|Fpga|Copied|Page)'
+ctest --test-dir "$build" --label-exclude '^long$' --exclude-regex "$others" --timeout 3000 -j "$(nproc)" --output-log "$out/tests.log" >/dev/null || true
+grep -E 'tests passed|\(Failed\)|\(Timeout\)' "$out/tests.log" || true
 
 echo "== suite pr"
 rm -rf "$out/rtl"

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "motion/profile/any_end.hpp"
+#include "motion/profile/arrival.hpp"
 #include "motion/profile/moving_end.hpp"
 #include "tests/motion/profile/profile_checks.hpp"
 
@@ -294,6 +295,43 @@ std::string moving_end_case(std::mt19937_64& random, MovingEndSeen& seen) {
   if (slower(best.duration_s, by_step_s))
     return fmt::format("{}: {} s, by a step of {} s with {} mm/s3 {} s", text_of(task), best.duration_s,
                        step_s, first.jerk_mm_s3, by_step_s);
+  return "";
+}
+
+std::string together_case(std::mt19937_64& random, TogetherSeen& seen) {
+  constexpr double kRounding = 1e-9;
+  std::array<AnyState, 3> tasks;
+  AxisLimits limits;
+  AxisStates state;
+  state.position_mm = state.jerk_mm_s3 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d target_mm, end_velocity_mm_s;
+  double slowest_s = 0.0;
+  for (std::size_t axis = 0; axis < tasks.size(); ++axis) {
+    AnyState& task = tasks[axis];
+    task = random_any_state(random, random() % 2 == 0 ? Limits::symmetric : Limits::asymmetric);
+    if (random() % 2 == 0) task.target.velocity_mm_s = task.limits.velocity_mm_s * (2 * uniform(random) - 1);
+    seen.passing += task.target.velocity_mm_s != 0.0;
+    limits[axis] = task.limits;
+    const auto i = static_cast<Eigen::Index>(axis);
+    state.velocity_mm_s[i] = task.state.velocity_mm_s;
+    state.acceleration_mm_s2[i] = task.state.acceleration_mm_s2;
+    target_mm[i] = task.target.position_mm;
+    end_velocity_mm_s[i] = task.target.velocity_mm_s;
+    slowest_s = std::max(
+        slowest_s, plan_to_speed(task.limits, task.state, target_mm[i], end_velocity_mm_s[i]).duration_s);
+  }
+  const JointMotion motion = plan_together(limits, state, target_mm, end_velocity_mm_s);
+  seen.at_once += motion.duration_s <= slowest_s * (1.0 + kRounding);
+  if (motion.duration_s < slowest_s * (1.0 - kRounding))
+    return fmt::format("takes {} s, the slowest axis alone {} s", motion.duration_s, slowest_s);
+  for (std::size_t axis = 0; axis < tasks.size(); ++axis) {
+    const JerkProfile& profile = motion.axes[axis];
+    if (const std::string fault = fault_of(profile, tasks[axis]); !fault.empty()) return fault;
+    const double early_s = motion.duration_s - profile.duration_s;
+    const bool may_wait = tasks[axis].target.velocity_mm_s == 0.0;
+    if (early_s < -kRounding * motion.duration_s || (!may_wait && early_s > kRounding * motion.duration_s))
+      return fmt::format("arrives {} s before the others: {}", early_s, text_of(tasks[axis]));
+  }
   return "";
 }
 

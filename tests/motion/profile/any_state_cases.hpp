@@ -65,6 +65,16 @@ struct AnyEndSeen {
 /// jerk within the limits is better (Bellman's principle).
 std::string any_end_case(std::mt19937_64& random, AnyEndSeen& seen);
 
+/// What random motions of three axes must all have met.
+struct TogetherSeen {
+  std::uint64_t at_once = 0;  ///< in the time of the slowest axis alone
+  std::uint64_t passing = 0;  ///< axes with a speed at the end
+};
+
+/// Three axes from random states to a random point that each passes with a random speed or stops at: what is
+/// wrong with one of them, or with its time; or nothing.
+std::string together_case(std::mt19937_64& random, TogetherSeen& seen);
+
 /// A target and a stop from a random state: what is wrong with one of them, and for which task; or nothing.
 std::string any_state_case(std::mt19937_64& random, AnyStateSeen& seen);
 

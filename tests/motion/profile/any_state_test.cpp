@@ -8,6 +8,7 @@
 #include <string>
 
 #include "motion/profile/any_end.hpp"
+#include "motion/profile/arrival.hpp"
 #include "motion/profile/moving_end.hpp"
 #include "tests/motion/profile/any_state_cases.hpp"
 #include "tests/support/error_of.hpp"
@@ -22,11 +23,11 @@ std::uint64_t new_seed() { return std::random_device{}(); }
 
 // What kCases random cases have met; the first that is wrong ends them.
 template <class Seen>
-Seen seen_in(std::string (*fault_of_case)(std::mt19937_64&, Seen&)) {
+Seen seen_in(std::string (*fault_of_case)(std::mt19937_64&, Seen&), int cases = kCases) {
   const std::uint64_t seed = new_seed();
   std::mt19937_64 random(seed);
   Seen seen;
-  for (int i = 0; i < kCases; ++i) {
+  for (int i = 0; i < cases; ++i) {
     const std::string fault = fault_of_case(random, seen);
     EXPECT_EQ(fault, "") << "seed " << seed << ", case " << i;
     if (!fault.empty()) break;
@@ -73,6 +74,51 @@ TEST(AnyEndProperty, KeepsTheLimitsAndNothingIsFaster) {
   EXPECT_GT(seen.with_acceleration, 50'000u);
   EXPECT_GT(seen.at_speed, 10'000u);
   EXPECT_GT(seen.compared, 10'000u);
+}
+
+TEST(TogetherProperty, KeepsTheLimitsAndAllAxesArriveAtOnce) {
+  constexpr int kMotions = 5'000;
+  const auto seen = seen_in(together_case, kMotions);
+  EXPECT_GT(seen.at_once, kMotions * 97u / 100);
+  EXPECT_GT(seen.passing, kMotions * 1u);
+}
+
+TEST(Together, TheSlowestAxisSetsTheTime) {
+  const ScurveLimits fast = asymmetric_limits(400, 4000, 4000, 4e5, 4e5),
+                     slow = asymmetric_limits(50, 500, 400, 2e4, 1e4);
+  AxisStates state;
+  state.position_mm = {100.0, 5.0, 0.0};
+  state.velocity_mm_s = {120.0, 0.0, -30.0};
+  state.acceleration_mm_s2 = {-500.0, 0.0, 100.0};
+  const JointMotion motion = plan_together({fast, slow, fast}, state, {130.0, 25.0, -4.0}, {200.0, 0.0, 0.0});
+  EXPECT_EQ(motion.duration_s, plan_scurve(slow, 20.0).duration_s);
+  const AxisStates begin = motion.sample(0.0), end = motion.sample(motion.duration_s);
+  EXPECT_EQ(begin.position_mm, state.position_mm);
+  EXPECT_EQ(begin.velocity_mm_s, state.velocity_mm_s);
+  EXPECT_TRUE(end.position_mm.isApprox(Eigen::Vector3d(130.0, 25.0, -4.0), 1e-9));
+  EXPECT_NEAR(end.velocity_mm_s.x(), 200.0, 1e-6);
+}
+
+TEST(Arrival, IsThereAtTheMomentThatIsAsked) {
+  const ScurveLimits limits = asymmetric_limits(400, 4000, 3000, 4e5, 1e5);
+  const MotionState state{0.0, 60.0, 800.0, 0.0};
+  for (const double duration_s : {0.3, 0.5, 2.0, 60.0}) {
+    const JerkProfile motion = plan_arrival(limits, state, 25.0, 40.0, duration_s);
+    EXPECT_NEAR(motion.duration_s, duration_s, 1e-9 * duration_s);
+    EXPECT_EQ(fault_of(motion, {limits, state, {25.0, 40.0, 0.0, 0.0}}), "");
+  }
+}
+
+// At 100 mm/s and with 100 mm/s2 the target 10 mm ahead is passed at once, or on the way back from 50 mm
+// ahead.
+TEST(Arrival, ADurationInTheGapIsRefusedWithThePossibleOnes) {
+  const ScurveLimits limits = asymmetric_limits(100, 100, 100, 1e5, 1e5);
+  const MotionState state{0.0, 100.0, 0.0, 0.0};
+  EXPECT_NEAR(plan_arrival(limits, state, 10.0, 100.0, 0.1).duration_s, 0.1, 1e-9);
+  const std::string text = error_of([&] { plan_arrival(limits, state, 10.0, 100.0, 1.0); });
+  EXPECT_EQ(text.find("arrival: found 1 s, expected 0.1 s, or "), 0u) << text;
+  const JerkProfile back = plan_arrival(limits, state, 10.0, 100.0, 20.0);
+  EXPECT_NEAR(back.duration_s, 20.0, 1e-7);
 }
 
 TEST(AnyEnd, IsWhereItIsAsked) {

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/profile/arrival.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "motion/profile/check_positive.hpp"
+#include "motion/profile/course.hpp"
+#include "motion/profile/moving_end.hpp"
+#include "motion/profile/speed_changes.hpp"
+
+namespace meltstage::motion {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// Speeds with which an axis may go on for a while, next to each other, and how long the motions last that
+/// do. With a speed of zero at an end the time has no bound.
+struct Span {
+  double from_speed, to_speed, from_s, to_s;
+
+  double least_s() const { return std::min(from_s, to_s); }
+  double most_s() const { return std::max(from_s, to_s); }
+};
+
+/// Motions that go to one speed, stay with it as long as the way takes that is left, and go on to the end's.
+template <class Changes>
+class Cruises {
+ public:
+  Cruises(Course start, const Goal& goal, const Changes& changes)
+      : start_(std::move(start)), goal_(goal), changes_(changes) {
+    const double most = changes_.largest(start_.now);
+    if (std::abs(start_.now.acceleration_mm_s2) > most) ease(start_, most, changes_.release(start_.now));
+  }
+
+  /// With this speed; nothing where the way that is left lies behind.
+  std::optional<Course> with(double speed) const {
+    Course way = start_;
+    changes_.change(way, speed);
+    Course direct = way;
+    changes_.change(direct, goal_.velocity_mm_s);
+    const double stay_s = (goal_.position_mm - direct.now.position_mm) / speed;
+    if (!(stay_s >= 0.0) || !std::isfinite(stay_s)) return {};
+    way.append(stay_s, 0.0);
+    changes_.change(way, goal_.velocity_mm_s);
+    return way;
+  }
+
+  std::vector<Span> spans() const {
+    std::vector<Span> found;
+    for (const double side : {1.0, -1.0}) {
+      const std::vector<double> sizes = sizes_to_try();
+      for (std::size_t i = 0; i + 1 < sizes.size(); ++i)
+        add_span(side * sizes[i], side * sizes[i + 1], found);
+      const double slowest = side * sizes.back();
+      if (const auto way = with(slowest)) found.push_back({slowest, 0.0, way->profile.duration_s, kNever});
+    }
+    return found;
+  }
+
+  /// The motion of a span that lasts so long.
+  std::optional<Course> lasting(const Span& span, double duration_s) const {
+    double longer = span.to_s > span.from_s ? span.to_speed : span.from_speed;
+    double shorter = span.to_s > span.from_s ? span.from_speed : span.to_speed;
+    constexpr double kExact = 1e-13;
+    for (int step = 0; step < 200; ++step) {
+      const double middle = 0.5 * (longer + shorter);
+      if (middle == longer || middle == shorter) break;
+      const auto way = with(middle);
+      if (!way) return {};
+      if (miss_s(*way, duration_s) <= kExact * duration_s) return way;
+      (way->profile.duration_s < duration_s ? shorter : longer) = middle;
+    }
+    std::optional<Course> best = with(shorter);
+    if (longer != 0.0)
+      if (const auto other = with(longer);
+          other && (!best || miss_s(*other, duration_s) < miss_s(*best, duration_s)))
+        best = other;
+    return best;
+  }
+
+ private:
+  static double miss_s(const Course& way, double duration_s) {
+    return std::abs(way.profile.duration_s - duration_s);
+  }
+
+  /// From the highest to the lowest, close where the way changes its form: at the speeds of both ends.
+  std::vector<double> sizes_to_try() const {
+    constexpr int kEven = 16, kHalved = 20;
+    std::vector<double> sizes;
+    for (int i = kEven; i > 0; --i) sizes.push_back(goal_.highest_mm_s * i / kEven);
+    for (int i = 1; i <= kHalved; ++i) sizes.push_back(goal_.highest_mm_s / kEven * std::pow(0.5, i));
+    for (const double end : {start_.now.velocity_mm_s, goal_.velocity_mm_s})
+      for (const double share : {0.5, 0.9, 0.99, 1.0, 1.01, 1.1})
+        if (const double size = share * std::abs(end); size > 0.0 && size <= goal_.highest_mm_s)
+          sizes.push_back(size);
+    std::sort(sizes.begin(), sizes.end(), std::greater<>());
+    sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
+    return sizes;
+  }
+
+  void add_span(double one, double other, std::vector<Span>& found) const {
+    std::optional<Course> from = with(one), to = with(other);
+    if (!from && !to) return;
+    // The last speed that is possible, where not all are.
+    double& wrong = from ? other : one;
+    std::optional<Course>& missing = from ? to : from;
+    if (!missing) {
+      double right = from ? one : other;
+      for (int step = 0; step < 60; ++step) {
+        const double middle = 0.5 * (right + wrong);
+        (with(middle) ? right : wrong) = middle;
+      }
+      wrong = right;
+      missing = with(right);
+    }
+    found.push_back({one, other, from->profile.duration_s, to->profile.duration_s});
+  }
+
+  Course start_;
+  Goal goal_;
+  Changes changes_;
+};
+
+/// The moments at which an axis may arrive.
+class Arrivals {
+ public:
+  Arrivals(const ScurveLimits& limits, const MotionState& state, double target_mm, double end_velocity_mm_s)
+      : limits_(limits),
+        fastest_(plan_to_speed(limits, state, target_mm, end_velocity_mm_s)),
+        goal_{target_mm, end_velocity_mm_s, limits.velocity_mm_s},
+        halting_(halting_start(state), goal_, HaltAtTurns(limits_)),
+        spans_(halting_.spans()) {
+    const EvenThroughout even(limits_);
+    if (even.hold(state, limits.velocity_mm_s)) even_.emplace(Course(state), goal_, even);
+    if (even_) even_spans_ = even_->spans();
+  }
+  Arrivals(const Arrivals&) = delete;
+  Arrivals& operator=(const Arrivals&) = delete;
+
+  double least_s() const { return fastest_.duration_s; }
+
+  /// The first moment from this one on.
+  double from_s(double time_s) const {
+    if (time_s <= least_s()) return least_s();
+    if (at(time_s)) return time_s;
+    std::vector<double> next;
+    for (const auto* spans : {&spans_, &even_spans_})
+      for (const Span& span : *spans)
+        if (span.least_s() > time_s) next.push_back(span.least_s());
+    std::sort(next.begin(), next.end());
+    for (const double later_s : next)
+      if (at(later_s)) return later_s;
+    // Just behind the start of a span rounding may leave nothing.
+    constexpr double kLater = 1.001;
+    double later_s = time_s * kLater;
+    while (!at(later_s) && later_s < kLargestMeasure) later_s *= kLater;
+    return later_s;
+  }
+
+  /// At rest it may also wait at the target.
+  std::optional<JerkProfile> at(double time_s) const {
+    if (is_now(fastest_, time_s)) return fastest_;
+    std::optional<JerkProfile> found = lasting(halting_, spans_, time_s);
+    if (!found && even_) found = lasting(*even_, even_spans_, time_s);
+    if (!found && goal_.velocity_mm_s == 0.0 && time_s > least_s()) return fastest_;
+    return found;
+  }
+
+ private:
+  Course halting_start(const MotionState& state) const {
+    const Course start(state), free = released(start, limits_);
+    return free.now.velocity_mm_s == 0.0 ? free : start;
+  }
+
+  static bool is_now(const JerkProfile& profile, double time_s) {
+    constexpr double kRounding = 1e-9;
+    return std::abs(profile.duration_s - time_s) <= kRounding * time_s;
+  }
+
+  template <class Changes>
+  std::optional<JerkProfile> lasting(const Cruises<Changes>& cruises, const std::vector<Span>& spans,
+                                     double time_s) const {
+    for (const Span& span : spans) {
+      if (time_s < span.least_s() || time_s > span.most_s()) continue;
+      if (const auto way = cruises.lasting(span, time_s); way && is_now(way->profile, time_s))
+        return way->ended_at(goal_);
+    }
+    return {};
+  }
+
+  ScurveLimits limits_;
+  JerkProfile fastest_;
+  Goal goal_;
+  Cruises<HaltAtTurns> halting_;
+  std::vector<Span> spans_;
+  std::optional<Cruises<EvenThroughout>> even_;
+  std::vector<Span> even_spans_;
+};
+
+}  // namespace
+
+JerkProfile plan_arrival(const ScurveLimits& limits, const MotionState& state, double target_mm,
+                         double end_velocity_mm_s, double duration_s) {
+  if (!(duration_s >= 0.0) || !(duration_s <= kLargestMeasure))
+    throw MotionError(fmt::format("arrival: found {} s, expected a duration", duration_s));
+  const Arrivals arrivals(limits, state, target_mm, end_velocity_mm_s);
+  if (const auto found = arrivals.at(duration_s)) return *found;
+  throw MotionError(fmt::format("arrival: found {} s, expected {} s, or {:.6g} s or more", duration_s,
+                                arrivals.least_s(), arrivals.from_s(duration_s)));
+}
+
+AxisStates JointMotion::sample(double time_s) const {
+  AxisStates states;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    const MotionState now = axes[axis].sample(time_s);
+    states.position_mm[i] = from_mm[i] + now.position_mm;
+    states.velocity_mm_s[i] = now.velocity_mm_s;
+    states.acceleration_mm_s2[i] = now.acceleration_mm_s2;
+    states.jerk_mm_s3[i] = now.jerk_mm_s3;
+  }
+  return states;
+}
+
+JointMotion plan_together(const AxisLimits& axes, const AxisStates& state, const Eigen::Vector3d& target_mm,
+                          const Eigen::Vector3d& end_velocity_mm_s) {
+  const auto arrivals_of = [&](Eigen::Index i) {
+    return Arrivals(axes[static_cast<std::size_t>(i)],
+                    {0.0, state.velocity_mm_s[i], state.acceleration_mm_s2[i], 0.0},
+                    target_mm[i] - state.position_mm[i], end_velocity_mm_s[i]);
+  };
+  const std::array<Arrivals, 3> arrivals = {arrivals_of(0), arrivals_of(1), arrivals_of(2)};
+  JointMotion motion;
+  motion.from_mm = state.position_mm;
+  for (const Arrivals& axis : arrivals) motion.duration_s = std::max(motion.duration_s, axis.least_s());
+  for (double before = -1.0; before != motion.duration_s;) {
+    before = motion.duration_s;
+    for (const Arrivals& axis : arrivals)
+      motion.duration_s = std::max(motion.duration_s, axis.from_s(before));
+  }
+  for (std::size_t axis = 0; axis < arrivals.size(); ++axis) {
+    const auto found = arrivals[axis].at(motion.duration_s);
+    if (!found)
+      throw MotionError(fmt::format(
+          "axis {}: found no motion of {} s, which was expected; this is a mistake of the library", axis,
+          motion.duration_s));
+    motion.axes[axis] = *found;
+  }
+  return motion;
+}
+
+}  // namespace meltstage::motion
