@@ -40,9 +40,26 @@ bool says_left_out(const std::string& words) {
                                                            "unfitted",
                                                            "deleted",
                                                            "removed",
+                                                           "skip",
+                                                           "skipped",
+                                                           "exclude",
+                                                           "excluded",
+                                                           "omit",
+                                                           "omitted",
+                                                           "ignore",
+                                                           "ignored",
+                                                           "unused",
+                                                           "not used",
                                                            "nicht best\u00fcckt",
                                                            "unbest\u00fcckt",
                                                            "entf\u00e4llt"});
+  return is_among(words, kWords);
+}
+
+bool names_a_mark(const std::string& words) {
+  constexpr auto kWords =
+      std::to_array<std::string_view>({"fiducial", "fiducials", "fid", "local fiducial", "global fiducial",
+                                       "fiducial mark", "alignment mark", "mark", "passermarke"});
   return is_among(words, kWords);
 }
 
@@ -110,6 +127,7 @@ void DoubtfulRows::take(const TableRow& row, std::size_t x, std::size_t y) {
     const std::string text = joined(words);
     if (says_left_out(text) || (holds(populated_, i) && is_no(text)) || (holds(left_out_, i) && is_yes(text)))
       return unpopulated_.add(row.row, cell.text);
+    if (names_a_mark(text)) return mark_.add(row.row, cell.text);
     if (names_an_outline(words)) return outline_.add(row.row, cell.text);
   }
 }
@@ -124,6 +142,7 @@ std::vector<std::string> DoubtfulRows::notes() const {
                                 kind.count == 1 ? "makes a bump" : "make bumps"));
   };
   tell(unpopulated_, "that no bump is wanted there");
+  tell(mark_, "a mark for alignment");
   tell(outline_, "the outline or the origin");
   return notes;
 }

@@ -27,7 +27,7 @@ class DoubtfulRows {
     void add(std::size_t row, const std::string& word);
   };
   std::vector<std::size_t> populated_, left_out_;  // columns that answer with yes or no
-  Kind unpopulated_, outline_;
+  Kind unpopulated_, mark_, outline_;
 };
 
 }  // namespace meltstage::motion::detail

@@ -18,7 +18,7 @@ build coverage all
 echo "== tests"
 find "$build" -name '*.gcda' -delete
 # those of other rooms are left out, and suite pr, which comes next; a test that is too slow with counters has run its lines all the same
-others='^(hls|docs|style|install|changes|kernel|fuzz|bench|proof|formal)[._]|^(Regress\.pr|Generated|Canary|Mutants|Netlist|Fpga|Copied|Page)'
+others='^(hls|docs|style|install|changes|kernel|fuzz|bench|proof|formal|coverage)[._]|^(Regress\.pr|Generated|Canary|Mutants|Netlist|Fpga|Copied|Page)'
 ctest --test-dir "$build" --label-exclude '^long$' --exclude-regex "$others" --timeout 3000 -j "$(nproc)" --output-log "$out/tests.log" >/dev/null || true
 grep -E 'tests passed|\(Failed\)|\(Timeout\)' "$out/tests.log" || true
 
@@ -31,4 +31,4 @@ verilator_coverage --write "$out/rtl.dat" "$out"/rtl/*.dat >/dev/null
 echo "== lines"
 (cd "$build" && gcovr --root "$root" --object-directory "$build" --gcov-ignore-parse-errors --exclude-unreachable-branches \
   --filter "$root/(cmodel|motion|asic|tb)/" --json "$out/cpp.json" "$build" 2>"$out/gcovr.log")
-python3 "$here/tables.py" "$root" "$out"
+python3 -B "$here/tables.py" "$out"

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""tables.py ROOT FOLDER: tables of FOLDER/cpp.json (gcovr) and FOLDER/rtl.dat (verilator_coverage), and lists of what no test has run:
+"""tables.py FOLDER: tables of FOLDER/cpp.json (gcovr) and FOLDER/rtl.dat (verilator_coverage), and lists of what no test has run:
 FOLDER/cpp.txt, FOLDER/rtl.txt. Exit status 1 when a room of C++ has less than WANTED_CPP, or a file of RTL not all."""
 import collections
 import json
@@ -23,12 +23,12 @@ def runs(numbers):
 
 
 def table(counts):
-    """counts: name -> [run, all]. Prints a row each and the sum; the names below `wanted`."""
+    """counts: name -> [run, all]. Prints a row each."""
     for name, (run, of) in sorted(counts.items()):
         print(f"{name:<28} {run:>7} of {of:>7}  {100 * run / of:6.2f} %")
 
 
-def cpp(root, folder):
+def cpp(folder):
     rooms, missed = collections.defaultdict(lambda: [0, 0]), {}
     for file in json.loads((folder / "cpp.json").read_text())["files"]:
         counted = {}
@@ -47,7 +47,7 @@ def cpp(root, folder):
 POINT = re.compile(r"^C '(.*)' (\d+)$")
 
 
-def rtl(root, folder):
+def rtl(folder):
     files, missed = collections.defaultdict(lambda: [0, 0]), []
     points = collections.Counter()
     for line in (folder / "rtl.dat").read_text(errors="replace").splitlines():
@@ -55,9 +55,9 @@ def rtl(root, folder):
             key = dict(part.split("\x02", 1) for part in found[1].split("\x01") if "\x02" in part)
             if "/properties/" in key["f"]:  # no part of the chip
                 continue
-            where = (pathlib.Path(key["f"]).name, int(key["l"]), key.get("o", ""), key.get("n", ""), key.get("S", ""))
+            where = (pathlib.Path(key["f"]).name, int(key["l"]), key.get("o", ""), key.get("n", ""))
             points[where] += int(found[2])  # of all instances
-    for (name, number, kind, _, _), count in points.items():
+    for (name, number, kind, _), count in points.items():
         files[name][0] += count > 0
         files[name][1] += 1
         if count == 0:
@@ -68,8 +68,8 @@ def rtl(root, folder):
 
 
 def main():
-    root, folder = map(pathlib.Path, sys.argv[1:3])
-    good = [cpp(root, folder), rtl(root, folder)]
+    folder = pathlib.Path(sys.argv[1])
+    good = [cpp(folder), rtl(folder)]
     return 0 if all(good) else 1
 
 

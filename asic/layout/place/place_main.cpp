@@ -288,7 +288,8 @@ int main(int argc, char** argv) {
       ->needs(buffers);
   app.add_option("--leaf-load", o.leaf_load_pf, "what a buffer of a tree drives at most, pF")
       ->check(within(1e-6, 1e3));
-  app.add_option("--fanout", o.fanout, "most inputs on a net without a tree");
+  app.add_option("--fanout", o.fanout, "most inputs on a net without a tree")
+      ->check(CLI::Range(2, 1'000'000));
   app.add_option("--most-slew", o.drivers.most_slew_ns, "slowest edge before a driver is made stronger, ns")
       ->check(within(1e-6, kMostNs));
   app.add_option("--most-path", o.drivers.most_path_ns,

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <set>
+#include <utility>
+#include <vector>
 
 #include "asic/layout/db/fixed_metal.hpp"
 #include "asic/layout/place/place.hpp"
@@ -54,12 +56,32 @@ void require_legal_places(const Design& design, const Technology& technology) {
   }
 }
 
+/// An input without a wire floats, and so does a flop without a clock.
+void require_inputs_in_nets(const Design& design, const Technology& technology) {
+  std::set<std::pair<int, int>> connected;
+  for (const Net& net : design.nets)
+    for (const PinRef& ref : net.pins) connected.emplace(ref.component, ref.pin);
+  for (std::size_t i = 0; i < design.components.size(); ++i) {
+    const Component& component = design.components[i];
+    const std::vector<MacroPin>& pins = technology.macros[static_cast<std::size_t>(component.macro)].pins;
+    for (std::size_t pin = 0; pin < pins.size(); ++pin) {
+      if (is_supply(pins[pin].use) || pins[pin].direction != PinDirection::input ||
+          connected.contains({static_cast<int>(i), static_cast<int>(pin)}))
+        continue;
+      throw UserError(defect_at(design.file, component.where,
+                                fmt::format("{}/{} in no net", shown(component.name), shown(pins[pin].name)),
+                                "each input of a cell in one"));
+    }
+  }
+}
+
 }  // namespace
 
 void require_routable(const Design& design, const Technology& technology) {
   require_spacings(technology);
   require_no_wires(design);
   require_legal_places(design, technology);
+  require_inputs_in_nets(design, technology);
   require_apart(design, supply_faults(design, technology));
   require_apart(design, die_pin_faults(design, technology));
 }

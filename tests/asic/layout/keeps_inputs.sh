@@ -52,6 +52,7 @@ sed 's/PLACED ( 400 0 )/PLACED ( 1200 0 )/' two.def > beside.def
 sed 's/( 8000 0 )/( 8000000 0 )/' two.def > outside.def
 sed 's/FIXED ( 8000 0 ) S/FIXED ( 800 0 ) S/' two.def > overlap.def
 sed 's/( 8000 0 ) S/( 8100 0 ) S/' two.def > off_site.def
+sed 's/ ( u2 A )//' two.def > floating.def
 sed 's/( u2 A ) ;/( u2 A ) + FIXED m2 ( 8400 500 ) ( * 2500 ) ;/' two.def > wired.def
 sed 's/^NETS 2 ;/SPECIALNETS 1 ;\n- VDD ( * VDD ) + ROUTED m2 400 ( 900 0 ) ( * 20000 ) + USE POWER ;\nEND SPECIALNETS\n&/' two.def > strapped.def
 sed '/LAYER m2 TYPE/ s/SPACING 0.3 ;//' cells.lef > no_spacing.lef
@@ -101,6 +102,8 @@ refused '--report: found nothing' "$route" --lef cells.lef --def two.def --out n
 refused 'missing\x1B[31m.lef' "$route" --lef $'missing\e[31m.lef' --def two.def --out new.def
 refused 'overlap.def:7:3: found u1 and u2: overlap, expected cells side by side' "$route" --lef cells.lef --def overlap.def --out new.def
 refused 'off_site.def:7:3: found u2: at x = 8100 nm, not on the sites of ROW_0' "$route" --lef cells.lef --def off_site.def --out new.def
+refused 'floating.def:7:3: found u2/A in no net, expected each input of a cell in one' "$route" --lef cells.lef --def floating.def --out new.def
+refused '--fanout: Value 0 not in range 2 to 1000000' "${p[@]}" --def new.def --fanout 0
 refused 'strapped.def: found that pin a is at a strap of VDD on m2; expected supplies, pins of the die' "$route" --lef cells.lef --def strapped.def --out new.def
 refused '--spef: found no RESISTANCE or no CAPACITANCE of layer m1 in cells.lef' "$route" --lef cells.lef --def two.def --out new.def --spef new.spef
 clock=("$place" --lef cells.lef --netlist two.json --def new.def --clock a --buffers INV --liberty)

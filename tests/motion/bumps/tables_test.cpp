@@ -417,6 +417,13 @@ TEST_F(Readers, RowsThatSayTheyAreNoBumpsAreTold) {
               Contains(HasSubstr("row 3, says 'no', " + unpopulated)));
   EXPECT_THAT(notes("Bump,X_mm,Y_mm,DNP\nA1,1,2,\nA2,3,4,x\n"),
               Contains(HasSubstr("row 3, says 'x', " + unpopulated)));
+  EXPECT_THAT(notes("Bump,X_mm,Y_mm,Skip\nA1,1,2,\nA2,3,4,yes\n"),
+              Contains(HasSubstr("row 3, says 'yes', " + unpopulated)));
+  EXPECT_THAT(notes("Bump,X_mm,Y_mm,Remark\nA1,1,2,\nA2,3,4,Exclude\n"),
+              Contains(HasSubstr("row 3, says 'Exclude', " + unpopulated)));
+  EXPECT_THAT(notes("Bump,X_mm,Y_mm,Type\nA1,1,2,ball\nA2,3,4,Fiducial\n"),
+              Contains("1 row, row 3, says 'Fiducial', which may mean a mark for alignment, and makes a bump "
+                       "all the same"));
   EXPECT_THAT(
       notes("Ball,X_mm,Y_mm\nA1,1,2\nOrigin,0,0\nDie edge LL,5,5\n"),
       Contains("2 rows, first row 3, say 'Origin', which may mean the outline or the origin, and make "
