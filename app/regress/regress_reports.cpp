@@ -149,10 +149,12 @@ std::string failures_html(const RegressReport& report) {
 // Open where it is asked for; otherwise a list that a reader may open.
 std::string holes_html(const RegressReport& report) {
   const std::vector<std::string>& holes = report.verdict.holes;
-  if (holes.empty()) return "<h2>Coverage</h2>\n<p>Each point of the specification is met.</p>\n";
+  if (holes.empty())
+    return "<h2>Coverage</h2>\n<p>Each point of the specification is met, each flop bit rises and falls, and "
+           "each fault latches in each state and beside each other one.</p>\n";
   const bool asked = report.plan.suite.coverage_closed;
   std::string text = fmt::format(
-      "<h2>Coverage</h2>\n<details{}><summary>{} points of the specification are not met{}</summary>\n<ul "
+      "<h2>Coverage</h2>\n<details{}><summary>{} points are not met{}</summary>\n<ul "
       "class=\"columns\">\n",
       asked ? " open" : "", holes.size(), asked ? "" : ", which this suite does not ask for");
   for (const std::string& hole : holes) text += "<li>" + escaped(hole) + "</li>\n";
@@ -171,16 +173,26 @@ tb::FlopToggles::Block all_blocks(const tb::FlopToggles& toggles) {
 
 double percent(const tb::FlopToggles::Block& block) { return 100.0 * block.switched / block.bits; }
 
-std::string toggles_html(const tb::FlopToggles& toggles) {
+// A row a block: its bits, how many of them switch both ways in each test, and in all.
+std::string toggles_html(const tb::RegressVerdict& verdict) {
   std::string text =
       "<h2>Flop bits that rise and fall</h2>\n<p class=\"about\">By themselves, in clocks that were "
-      "compared: neither in a reset nor when a test "
-      "sets a flop.</p>\n<table><tr><th>block</th><th>bits</th><th>both ways</th><th>%</th></tr>\n";
-  std::vector<tb::FlopToggles::Block> rows = toggles.blocks();
-  rows.push_back(all_blocks(toggles));
-  for (const auto& row : rows)
-    text += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.1f}</td></tr>\n", row.name, row.bits,
-                        row.switched, percent(row));
+      "compared: neither in a reset nor when a test sets a flop.</p>\n<table><tr><th>block</th><th>bits</th>";
+  std::vector<std::vector<tb::FlopToggles::Block>> columns;
+  const auto add = [&](const std::string& name, const tb::FlopToggles& toggles) {
+    text += fmt::format("<th>{}</th>", escaped(name));
+    columns.push_back(toggles.blocks());
+    columns.back().push_back(all_blocks(toggles));
+  };
+  for (const auto& [test, toggles] : verdict.toggles_of) add(test, toggles);
+  add("together", verdict.toggles);
+  text += "<th>%</th></tr>\n";
+  for (std::size_t row = 0; row < columns.back().size(); ++row) {
+    const tb::FlopToggles::Block& block = columns.back()[row];
+    text += fmt::format("<tr><td>{}</td><td>{}</td>", block.name, block.bits);
+    for (const auto& column : columns) text += fmt::format("<td>{}</td>", column[row].switched);
+    text += fmt::format("<td>{:.1f}</td></tr>\n", percent(block));
+  }
   return text +
          fmt::format(
              "</table>\n<p class=\"about\">{} rises and falls are proved never to happen, and count as "
@@ -282,7 +294,7 @@ std::string regress_page(const RegressReport& report, const std::vector<HistoryL
                       v.compared.frames, v.compared.samples);
   if (v.failed + v.missing > 0) text += "<h2>Runs that are not good</h2>\n" + failures_html(report);
   text += holes_html(report);
-  text += toggles_html(v.toggles);
+  text += toggles_html(v);
   text += "<h2>Earlier runs of this suite</h2>\n" + trend(history);
   text +=
       "<h2>Slowest runs</h2>\n<table><tr><th>run</th><th>seconds</th><th>clocks</th><th>machine</th></tr>\n";

@@ -29,6 +29,9 @@ class FlopToggles {
   // Adds what another run has seen.
   void add(const FlopToggles& other);
 
+  // Whether a flop was seen to switch.
+  bool any() const { return rose != decltype(rose){} || fell != decltype(fell){}; }
+
   struct Block {
     std::string name;
     unsigned bits = 0;

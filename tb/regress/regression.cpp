@@ -230,6 +230,7 @@ RegressVerdict join_runs(const fs::path& folder, const RegressPlan& plan) {
     }
     verdict.run_s += result->wall_s;
     coverage.add(result->coverage);
+    if (result->coverage.toggles.any()) verdict.toggles_of[result->run.test].add(result->coverage.toggles);
     add(verdict.compared, result->compared);
     if (result->good) {
       ++verdict.good;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,7 +38,8 @@ struct RegressVerdict {
   std::vector<std::optional<RunResult>> results;  // by number; none: its worker was lost
   std::vector<std::string> faults;                // a line each; empty: passed
   std::vector<std::string> holes;                 // what the runs together have not met
-  FlopToggles toggles;                            // of the runs that look at coverage
+  FlopToggles toggles;                            // of all runs
+  std::map<std::string, FlopToggles> toggles_of;  // by the name of the test; of those that look at them
   Compared compared;                              // sums
   std::size_t good = 0, failed = 0, missing = 0;
   double run_s = 0.0;  // of all runs, one after another

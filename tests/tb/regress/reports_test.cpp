@@ -55,6 +55,25 @@ TEST(RegressReports, TextAndPageTellVerdictRepeatAndHoles) {
   EXPECT_THAT(summary_json(report), HasSubstr("\"verdict\": \"failed\""));
 }
 
+// Of RST_SYNC's two bits one rises in one test and the other in another; neither ever falls by itself.
+TEST(RegressReports, PageTellsTheFlopBitsOfEachTest) {
+  RegressReport report = report_of_three();
+  chip::Chip low, stage, both;
+  stage.rst_sync.stage_q = both.rst_sync.stage_q = 1;
+  low.rst_sync.stage_q = low.rst_sync.out_q = stage.rst_sync.out_q = 0;
+  both.rst_sync.out_q = 1;
+  auto& of_random = report.verdict.toggles_of["random"];
+  of_random.resume(low);
+  of_random.observe(stage);
+  auto& of_any_state = report.verdict.toggles_of["any_state"];
+  of_any_state.resume(stage);
+  of_any_state.observe(both);
+  for (const auto& [test, toggles] : report.verdict.toggles_of) report.verdict.toggles.add(toggles);
+  const std::string page = regress_page(report, {});
+  EXPECT_THAT(page, HasSubstr("<th>bits</th><th>any_state</th><th>random</th><th>together</th><th>%</th>"));
+  EXPECT_THAT(page, HasSubstr("<td>rst_sync</td><td>2</td><td>1</td><td>1</td><td>2</td><td>100.0</td>"));
+}
+
 TEST(RegressReports, HistoryIsOfTheSuiteAndSkipsWhatIsNoLineOfIt) {
   const ScratchFolder folder;
   const auto file = folder.write("history.jsonl", "{\"date\": \"cut off\n[1]\n");
