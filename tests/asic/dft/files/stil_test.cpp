@@ -343,6 +343,12 @@ TEST(Stil, CharactersMeanTheirEvents) {
               HasSubstr("of \"so[1]\": X at 0 ns, L at 40 ns, expected one strobe, H"));
   EXPECT_THAT(defect("'40ns' L;", "'40ns' X;"), HasSubstr("expected one strobe, L"));
   EXPECT_THAT(defect("X { '0ns' X; }", "X { '40ns' L; }"), HasSubstr("expected no strobe"));
+  // the driver of the tester's pin goes off before the strobe, as of a pin of both directions; not behind it
+  EXPECT_EQ(parse_stil(with(good, "X { '0ns' X; }", "X { '0ns' Z; }"), "a.stil").timing_defects,
+            std::vector<std::string>{});
+  EXPECT_EQ(defect("H { '0ns' X; '40ns' H; }", "H { '0ns' Z; '40ns' H; }"), "");
+  EXPECT_THAT(defect("H { '0ns' X; '40ns' H; }", "H { '0ns' X; '40ns' H; '45ns' Z; }"),
+              HasSubstr("expected one strobe, H"));
 
   const std::string letters =
       with(with(good, "'40ns' L; } }",
