@@ -288,7 +288,12 @@ JerkProfile plan_to_state(const ScurveLimits& limits, const MotionState& state, 
     course.append((*best)[i].duration_s, sign * (*best)[i].jerk_mm_s3);
   }
   course.profile.end = {end.position_mm, end.velocity_mm_s, end.acceleration_mm_s2, 0.0};
-  return course.profile;
+  if (end.acceleration_mm_s2 != 0.0) return course.profile;
+  // Where the acceleration at the start is next to none, its change of the speed is lost in rounding above.
+  const double a = even.acceleration, j = even.jerk;
+  const auto to_speed = plan_evenly({limits.velocity_mm_s, a, a, j, j, j, j}, state,
+                                    {end.position_mm, end.velocity_mm_s, limits.velocity_mm_s});
+  return to_speed && to_speed->duration_s < course.profile.duration_s ? *to_speed : course.profile;
 }
 
 }  // namespace meltstage::motion

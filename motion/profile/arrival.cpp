@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -30,6 +31,17 @@ struct Span {
   double most_s() const { return std::max(from_s, to_s); }
 };
 
+/// Where a function with one peak in low..high has it (golden section).
+template <typename Function>
+double highest_argument(const Function& function, double low, double high) {
+  constexpr double kShare = 0.6180339887498949;
+  for (int step = 0; step < 40; ++step) {
+    const double left = high - kShare * (high - low), right = low + kShare * (high - low);
+    (function(left) < function(right) ? low : high) = function(left) < function(right) ? left : right;
+  }
+  return 0.5 * (low + high);
+}
+
 /// Motions that go to one speed, stay with it as long as the way takes that is left, and go on to the end's.
 template <class Changes>
 class Cruises {
@@ -42,24 +54,20 @@ class Cruises {
 
   /// With this speed; nothing where the way that is left lies behind.
   std::optional<Course> with(double speed) const {
-    Course way = start_;
-    changes_.change(way, speed);
-    Course direct = way;
-    changes_.change(direct, goal_.velocity_mm_s);
-    const double stay_s = (goal_.position_mm - direct.now.position_mm) / speed;
+    const double stay_s = left_mm(speed) / speed;
     if (!(stay_s >= 0.0) || !std::isfinite(stay_s)) return {};
-    way.append(stay_s, 0.0);
-    changes_.change(way, goal_.velocity_mm_s);
-    return way;
+    return staying(speed, stay_s);
   }
 
   std::vector<Span> spans() const {
     std::vector<Span> found;
+    if (is_rounding(left_mm(0.0), std::abs(goal_.position_mm) + std::abs(left_mm(0.0) - goal_.position_mm)))
+      found.push_back({0.0, 0.0, staying(0.0, 0.0).profile.duration_s, kNever});
     for (const double side : {1.0, -1.0}) {
-      const std::vector<double> sizes = sizes_to_try();
-      for (std::size_t i = 0; i + 1 < sizes.size(); ++i)
-        add_span(side * sizes[i], side * sizes[i + 1], found);
-      const double slowest = side * sizes.back();
+      const std::vector<double> speeds = speeds_to_try(side);
+      for (std::size_t i = 0; i + 1 < speeds.size(); ++i) add_span(speeds[i], speeds[i + 1], found);
+      double slowest = speeds.back();
+      for (int step = 0; step < 40 && !with(slowest); ++step) slowest *= 0.5;
       if (const auto way = with(slowest)) found.push_back({slowest, 0.0, way->profile.duration_s, kNever});
     }
     return found;
@@ -67,6 +75,7 @@ class Cruises {
 
   /// The motion of a span that lasts so long.
   std::optional<Course> lasting(const Span& span, double duration_s) const {
+    if (span.from_speed == 0.0) return staying(0.0, duration_s - span.from_s);
     double longer = span.to_s > span.from_s ? span.to_speed : span.from_speed;
     double shorter = span.to_s > span.from_s ? span.from_speed : span.to_speed;
     constexpr double kExact = 1e-13;
@@ -91,8 +100,20 @@ class Cruises {
     return std::abs(way.profile.duration_s - duration_s);
   }
 
-  /// From the highest to the lowest, close where the way changes its form: at the speeds of both ends.
-  std::vector<double> sizes_to_try() const {
+  /// The way that is left for a speed.
+  double left_mm(double speed) const { return goal_.position_mm - staying(speed, 0.0).now.position_mm; }
+
+  Course staying(double speed, double stay_s) const {
+    Course way = start_;
+    changes_.change(way, speed);
+    way.append(stay_s, 0.0);
+    changes_.change(way, goal_.velocity_mm_s);
+    return way;
+  }
+
+  /// To one side, from the highest to the lowest: close where the way changes its form, at the speeds of both
+  /// ends, and where the way that is left is nearest to being possible.
+  std::vector<double> speeds_to_try(double side) const {
     constexpr int kEven = 16, kHalved = 20;
     std::vector<double> sizes;
     for (int i = kEven; i > 0; --i) sizes.push_back(goal_.highest_mm_s * i / kEven);
@@ -103,6 +124,16 @@ class Cruises {
           sizes.push_back(size);
     std::sort(sizes.begin(), sizes.end(), std::greater<>());
     sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
+    const auto ahead_mm = [&](double size) { return side * left_mm(side * size); };
+    std::vector<double> between;
+    for (std::size_t i = 1; i + 1 < sizes.size(); ++i) {
+      const double here = ahead_mm(sizes[i]);
+      if (here < 0.0 && here >= ahead_mm(sizes[i - 1]) && here >= ahead_mm(sizes[i + 1]))
+        between.push_back(highest_argument(ahead_mm, sizes[i + 1], sizes[i - 1]));
+    }
+    sizes.insert(sizes.end(), between.begin(), between.end());
+    std::sort(sizes.begin(), sizes.end(), std::greater<>());
+    for (double& size : sizes) size *= side;
     return sizes;
   }
 
@@ -147,22 +178,18 @@ class Arrivals {
 
   double least_s() const { return fastest_.duration_s; }
 
-  /// The first moment from this one on.
+  /// The first moment from this one on; kNever when there is none.
   double from_s(double time_s) const {
     if (time_s <= least_s()) return least_s();
-    if (at(time_s)) return time_s;
-    std::vector<double> next;
+    std::vector<double> starts = {time_s};
     for (const auto* spans : {&spans_, &even_spans_})
       for (const Span& span : *spans)
-        if (span.least_s() > time_s) next.push_back(span.least_s());
-    std::sort(next.begin(), next.end());
-    for (const double later_s : next)
-      if (at(later_s)) return later_s;
-    // Just behind the start of a span rounding may leave nothing.
-    constexpr double kLater = 1.001;
-    double later_s = time_s * kLater;
-    while (!at(later_s) && later_s < kLargestMeasure) later_s *= kLater;
-    return later_s;
+        if (span.least_s() > time_s) starts.push_back(span.least_s());
+    std::sort(starts.begin(), starts.end());
+    for (const double start_s : starts)
+      for (const double behind : {0.0, 1e-9, 1e-6, 1e-3})  // at its very edge rounding may leave nothing
+        if (const double later_s = start_s * (1.0 + behind); at(later_s)) return later_s;
+    return kNever;
   }
 
   /// At rest it may also wait at the target.
@@ -182,7 +209,7 @@ class Arrivals {
 
   static bool is_now(const JerkProfile& profile, double time_s) {
     constexpr double kRounding = 1e-9;
-    return std::abs(profile.duration_s - time_s) <= kRounding * time_s;
+    return std::isfinite(time_s) && std::abs(profile.duration_s - time_s) <= kRounding * time_s;
   }
 
   template <class Changes>
@@ -210,11 +237,17 @@ class Arrivals {
 JerkProfile plan_arrival(const ScurveLimits& limits, const MotionState& state, double target_mm,
                          double end_velocity_mm_s, double duration_s) {
   if (!(duration_s >= 0.0) || !(duration_s <= kLargestMeasure))
-    throw MotionError(fmt::format("arrival: found {} s, expected a duration", duration_s));
+    throw MotionError(
+        fmt::format("arrival: found {} s, expected a duration from 0 to {} s", duration_s, kLargestMeasure));
   const Arrivals arrivals(limits, state, target_mm, end_velocity_mm_s);
   if (const auto found = arrivals.at(duration_s)) return *found;
-  throw MotionError(fmt::format("arrival: found {} s, expected {} s, or {:.6g} s or more", duration_s,
-                                arrivals.least_s(), arrivals.from_s(duration_s)));
+  if (duration_s < arrivals.least_s())
+    throw MotionError(
+        fmt::format("arrival: found {} s, expected at least {} s", duration_s, arrivals.least_s()));
+  const double next_s = arrivals.from_s(duration_s);
+  throw MotionError(fmt::format("arrival: found {} s, expected {} s, {}", duration_s, arrivals.least_s(),
+                                std::isfinite(next_s) ? fmt::format("or {} s, which is the next one", next_s)
+                                                      : "as no longer one is possible"));
 }
 
 AxisStates JointMotion::sample(double time_s) const {
@@ -233,25 +266,27 @@ AxisStates JointMotion::sample(double time_s) const {
 JointMotion plan_together(const AxisLimits& axes, const AxisStates& state, const Eigen::Vector3d& target_mm,
                           const Eigen::Vector3d& end_velocity_mm_s) {
   const auto arrivals_of = [&](Eigen::Index i) {
-    return Arrivals(axes[static_cast<std::size_t>(i)],
-                    {0.0, state.velocity_mm_s[i], state.acceleration_mm_s2[i], 0.0},
-                    target_mm[i] - state.position_mm[i], end_velocity_mm_s[i]);
+    try {
+      return std::make_unique<Arrivals>(
+          axes[static_cast<std::size_t>(i)],
+          MotionState{0.0, state.velocity_mm_s[i], state.acceleration_mm_s2[i], 0.0},
+          target_mm[i] - state.position_mm[i], end_velocity_mm_s[i]);
+    } catch (const MotionError& error) {
+      throw MotionError(fmt::format("axis {}: {}", i, error.what()));
+    }
   };
-  const std::array<Arrivals, 3> arrivals = {arrivals_of(0), arrivals_of(1), arrivals_of(2)};
+  const std::array arrivals = {arrivals_of(0), arrivals_of(1), arrivals_of(2)};
   JointMotion motion;
   motion.from_mm = state.position_mm;
-  for (const Arrivals& axis : arrivals) motion.duration_s = std::max(motion.duration_s, axis.least_s());
-  for (double before = -1.0; before != motion.duration_s;) {
+  for (const auto& axis : arrivals) motion.duration_s = std::max(motion.duration_s, axis->least_s());
+  for (double before = -1.0; before != motion.duration_s && std::isfinite(motion.duration_s);) {
     before = motion.duration_s;
-    for (const Arrivals& axis : arrivals)
-      motion.duration_s = std::max(motion.duration_s, axis.from_s(before));
+    for (const auto& axis : arrivals) motion.duration_s = std::max(motion.duration_s, axis->from_s(before));
   }
   for (std::size_t axis = 0; axis < arrivals.size(); ++axis) {
-    const auto found = arrivals[axis].at(motion.duration_s);
+    const auto found = arrivals[axis]->at(motion.duration_s);
     if (!found)
-      throw MotionError(fmt::format(
-          "axis {}: found no motion of {} s, which was expected; this is a mistake of the library", axis,
-          motion.duration_s));
+      throw MotionError("three axes together: found no time that all of them can take, expected one");
     motion.axes[axis] = *found;
   }
   return motion;

@@ -26,14 +26,14 @@ struct JointMotion {
   std::array<JerkProfile, 3> axes;  ///< positions count from `from_mm`
   double duration_s = 0.0;
 
-  /// All axes at `time_s`; behind the end they go on with the end's velocity.
+  /// All axes at `time_s`; outside the motion as JerkProfile::sample().
   AxisStates sample(double time_s) const;
 };
 
 /// From any state of the axes to a point that is passed with a velocity: each axis by a motion as
 /// plan_arrival() makes it, in the least time that all of them have in common. The slowest axis is as fast as
 /// plan_to_speed(), unless another one has a gap there.
-/// @throws MotionError as plan_to_speed().
+/// @throws MotionError as plan_to_speed(), with the number of the axis, and when no time is common to all.
 JointMotion plan_together(const AxisLimits& axes, const AxisStates& state, const Eigen::Vector3d& target_mm,
                           const Eigen::Vector3d& end_velocity_mm_s);
 

@@ -109,6 +109,39 @@ TEST(Arrival, IsThereAtTheMomentThatIsAsked) {
   }
 }
 
+// One ramp before the target it waits, and then goes.
+TEST(Arrival, AnAxisThatHasNoMoreThanItsRampWaits) {
+  const ScurveLimits limits;
+  for (const double distance_mm : {0.2, 0.2 + 1e-9, 0.2 - 1e-9, 0.2 + 1e-10, 0.2 - 1e-10, 0.2 + 1e-6})
+    for (const double duration_s : {0.5, 1.0, 30.0}) {
+      const JerkProfile motion = plan_arrival(limits, {}, distance_mm, 20.0, duration_s);
+      EXPECT_NEAR(motion.duration_s, duration_s, 1e-9 * duration_s);
+      EXPECT_EQ(fault_of(motion, {limits, {}, {distance_mm, 20.0, 0.0, 0.0}}), "") << distance_mm;
+    }
+  AxisStates rest;
+  rest.position_mm = rest.velocity_mm_s = rest.acceleration_mm_s2 = rest.jerk_mm_s3 = Eigen::Vector3d::Zero();
+  EXPECT_DOUBLE_EQ(
+      plan_together({limits, limits, limits}, rest, {0.2, 10.0, 0.0}, {20.0, 0.0, 0.0}).duration_s,
+      plan_scurve(limits, 10.0).duration_s);
+}
+
+// Only speeds from 22.86 to 23.26 mm/s leave a way in the right direction.
+TEST(Arrival, ANarrowRangeOfSpeedsIsFound) {
+  const ScurveLimits limits = asymmetric_limits(75.852923549227853, 13220.246311811954, 13220.246311811954,
+                                                139840.33257167501, 139840.33257167501);
+  const MotionState state{0.0, -4.580084423499998, 2770.9233160324225, 0.0};
+  const JerkProfile motion =
+      plan_arrival(limits, state, 0.60427682851398778, 6.0564809289064172, 0.0423204109936);
+  EXPECT_NEAR(motion.duration_s, 0.0423204109936, 1e-9);
+}
+
+TEST(Together, MistakesNameTheAxis) {
+  AxisStates rest;
+  rest.position_mm = rest.velocity_mm_s = rest.acceleration_mm_s2 = rest.jerk_mm_s3 = Eigen::Vector3d::Zero();
+  const std::string text = error_of([&] { plan_together({}, rest, {1.0, 1.0, 1.0}, {0.0, 500.0, 0.0}); });
+  EXPECT_EQ(text.find("axis 1: motion to a speed: found 1 mm with 500 mm/s"), 0u) << text;
+}
+
 // At 100 mm/s and with 100 mm/s2 the target 10 mm ahead is passed at once, or on the way back from 50 mm
 // ahead.
 TEST(Arrival, ADurationInTheGapIsRefusedWithThePossibleOnes) {
@@ -117,6 +150,8 @@ TEST(Arrival, ADurationInTheGapIsRefusedWithThePossibleOnes) {
   EXPECT_NEAR(plan_arrival(limits, state, 10.0, 100.0, 0.1).duration_s, 0.1, 1e-9);
   const std::string text = error_of([&] { plan_arrival(limits, state, 10.0, 100.0, 1.0); });
   EXPECT_EQ(text.find("arrival: found 1 s, expected 0.1 s, or "), 0u) << text;
+  EXPECT_EQ(error_of([&] { plan_arrival(limits, state, 10.0, 100.0, 0.05); }),
+            "arrival: found 0.05 s, expected at least 0.1 s");
   const JerkProfile back = plan_arrival(limits, state, 10.0, 100.0, 20.0);
   EXPECT_NEAR(back.duration_s, 20.0, 1e-7);
 }
@@ -130,6 +165,15 @@ TEST(AnyEnd, IsWhereItIsAsked) {
   EXPECT_EQ(end.acceleration_mm_s2, 2000.0);
   // There already.
   EXPECT_EQ(plan_to_state(limits, {0.0, 50.0, 900.0, 0.0}, {0.0, 50.0, 900.0, 0.0}).duration_s, 0.0);
+}
+
+// What the acceleration adds to the speed is less than the speed's last bit.
+TEST(AnyEnd, ATinyAccelerationAtTheStartIsNoDetour) {
+  const ScurveLimits limits = asymmetric_limits(4.8460087825089024, 2918.2720766558705, 2918.2720766558705,
+                                                15943.83684749074, 15943.83684749074);
+  const double velocity = -4.8460087776628935;
+  const MotionState state{0.0, velocity, 2.9182720766558707e-06, 0.0};
+  EXPECT_LT(plan_to_state(limits, state, {-1e-9, velocity, 0.0, 0.0}).duration_s, 1e-9);
 }
 
 TEST(AnyEnd, MistakesAreTold) {
