@@ -46,6 +46,9 @@ struct Chip {
   // The output pins now; only heater depends on an input (inhibit).
   Outputs outputs(const Inputs& in) const;
 
+  // rst_ni past the reset synchroniser; straight in test mode.
+  bool out_of_reset(const Inputs& in) const { return in.rst_n && (rst_sync.rst_n() || in.test_mode); }
+
   const Params& params() const { return mem.params(); }
   // Value of a register as a host would read it now. Addresses: docs/chip/registers.md.
   std::uint16_t read_register(std::uint16_t address) const;
@@ -62,8 +65,6 @@ struct Chip {
   QualityIn quality_in() const;
   PwmcIn pwmc_in() const;
   GuardIn guard_in() const;
-  // rst_ni past the reset synchroniser; straight in test mode.
-  bool out_of_reset(const Inputs& in) const { return in.rst_n && (rst_sync.rst_n() || in.test_mode); }
   void clock(const Inputs& in);
   // A word goes to MEM's staged set.
   bool writes_staged() const { return (sysctrl.write() && paramc.store()) || atune.wr(); }

@@ -206,8 +206,11 @@ std::vector<std::size_t> choose(const hls::Problem& problem, const std::vector<s
     for (std::size_t i = 0; i < problem.obligations.size(); ++i)
       if (const std::string& of = problem.obligations[i].block; of == block || of.starts_with(block + "."))
         chosen.push_back(i);
-    if (chosen.size() == before)
-      throw UserError(fmt::format("--block: found no block {}, expected one as u_guard or pins", block));
+    if (chosen.size() != before) return;
+    std::set<std::string> known;
+    for (const hls::Obligation& obligation : problem.obligations) known.insert(obligation.block);
+    throw UserError(
+        fmt::format("--block: found no block {}, expected one of {}", block, fmt::join(known, ", ")));
   };
   std::vector<std::string> wanted = blocks;
   const bool has_invariants =
@@ -217,6 +220,8 @@ std::vector<std::size_t> choose(const hls::Problem& problem, const std::vector<s
       std::find(blocks.begin(), blocks.end(), kInvariants) == blocks.end())
     wanted.emplace_back(kInvariants);
   for (const std::string& block : wanted) add(block);
+  std::sort(chosen.begin(), chosen.end());  // a block that was named twice, or in another one
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
   if (blocks.empty())
     for (std::size_t i = 0; i < problem.obligations.size(); ++i) chosen.push_back(i);
   return chosen;
@@ -362,25 +367,37 @@ int list_still(const Options& o) {
   ProgressLine line;
   const auto begin = Clock::now();
   line.show("translating the C++");
-  const hls::Circuit model = circuit_of(o.sources, hls::Undefined::kIsLeft);
-  const hls::Problem problem = hls::make_switches(model, tied_pins(o));
+  const hls::Problem problem =
+      hls::make_switches(circuit_of(o.sources, hls::Undefined::kIsLeft), tied_pins(o));
   const std::vector<std::size_t> chosen = choose(problem, o.blocks);
   const std::vector<hls::Answer> answers = hls::prove(problem, chosen, o.limits, shown_on(line));
   line.clear();
-  std::size_t never = 0;
+  std::size_t switches = 0, possible = 0, never = 0, open = 0;
+  bool invariants_hold = true;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (answers[i].verdict != hls::Verdict::kHolds) continue;
-    ++never;
-    fmt::print("{}{}\n", problem.obligations[chosen[i]].name,
-               answers[i].needs_invariants ? ", where the invariants hold" : "");
+    const hls::Obligation& asked = problem.obligations[chosen[i]];
+    const hls::Verdict verdict = answers[i].verdict;
+    if (asked.kind == hls::Kind::kInvariant) {
+      invariants_hold = invariants_hold && verdict == hls::Verdict::kHolds;
+      fmt::print("invariant: {}{}\n", asked.name,
+                 verdict == hls::Verdict::kHolds ? "" : ", which is not shown to hold");
+      continue;
+    }
+    ++switches;
+    possible += verdict == hls::Verdict::kBroken;
+    never += verdict == hls::Verdict::kHolds;
+    open += verdict == hls::Verdict::kOpen;
+    if (verdict == hls::Verdict::kHolds)
+      fmt::print("{}{}\n", asked.name, answers[i].needs_invariants ? ", where the invariants hold" : "");
+    if (verdict == hls::Verdict::kOpen && open <= o.examples) fmt::print("{}: not decided\n", asked.name);
   }
-  const Verdicts verdicts = print_open(problem, chosen, answers, o.examples);
   fmt::print(
       "{} bits of flops: {} rises and falls have a state that shows them, {} never happen{}{}, {} not "
-      "decided; {:.0f} s\n",
-      chosen.size() / 2, verdicts.broken, never, o.tied.empty() ? "" : " with ", fmt::join(o.tied, " "),
-      verdicts.open, seconds_since(begin));
-  return verdicts.open == 0 ? 0 : 1;
+      "decided; "
+      "{:.0f} s\n",
+      switches / 2, possible, never, o.tied.empty() ? "" : " with ", fmt::join(o.tied, " "), open,
+      seconds_since(begin));
+  return open == 0 && invariants_hold ? 0 : 1;
 }
 
 void add_sources(CLI::App* command, Options& o) {
@@ -415,7 +432,8 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
                     "These blocks alone: instance paths such as u_guard, pins, invariants or promises");
   proof->add_option("--tie", o->tied, "PIN=0 or PIN=1: compare with this value of a pin alone");
   proof->add_option("--conflicts", o->limits.conflicts, "Of the SAT solver, for one bit")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   proof->add_option("--seed", o->limits.seed, "Of the random values and mutants")->capture_default_str();
   proof
       ->add_option("--simulate", o->simulated_clocks,
@@ -434,7 +452,8 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
   still->add_option("--block", o->blocks, "These blocks alone: instance paths such as u_guard");
   still->add_option("--tie", o->tied, "PIN=0 or PIN=1: in clocks with this value of a pin alone");
   still->add_option("--conflicts", o->limits.conflicts, "Of the SAT solver, for one bit")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   still->add_option("--seed", o->limits.seed, "Of the random values")->capture_default_str();
   still->add_option("--examples", o->examples, "Bits named at most that are not decided")
       ->capture_default_str();
@@ -448,7 +467,8 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
       ->required();
   ways->add_option("--block", o->blocks, "These blocks alone: instance paths such as u_guard, or pins");
   ways->add_option("--conflicts", o->limits.conflicts, "Of the SAT solver, for one bit")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   ways->add_option("--seed", o->limits.seed, "Of the random values")->capture_default_str();
   ways->add_option("--examples", o->examples, "Counterexamples shown at most")->capture_default_str();
   ways->callback([o, action] { *action = [o] { return compare(*o); }; });

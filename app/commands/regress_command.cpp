@@ -47,12 +47,19 @@ std::vector<tb::Suite> suites_of(const Settings& s) {
   return s.suites.empty() ? tb::standard_suites() : tb::read_suites(s.suites);
 }
 
-// Those that have failed before come first.
+// Those that have failed before come first; each run once, with the largest amount that is asked for.
 tb::Suite with_failed(tb::Suite suite, const std::vector<tb::RegressRun>& failed) {
-  std::vector<tb::RegressRun> runs = failed;
-  for (const tb::RegressRun& run : suite.runs) {
-    const auto same = [&](const tb::RegressRun& other) { return tb::name_of(other) == tb::name_of(run); };
-    if (std::none_of(failed.begin(), failed.end(), same)) runs.push_back(run);
+  std::vector<tb::RegressRun> runs;
+  for (const auto& list : {failed, suite.runs}) {
+    for (const tb::RegressRun& run : list) {
+      const auto known = std::find_if(runs.begin(), runs.end(), [&](const tb::RegressRun& other) {
+        return other.test == run.test && other.seed == run.seed;
+      });
+      if (known == runs.end())
+        runs.push_back(run);
+      else
+        known->amount = std::max(known->amount, run.amount);
+    }
   }
   suite.runs = std::move(runs);
   return suite;
@@ -212,7 +219,9 @@ Action add_regress_command(CLI::App& cli, const std::string&) {
   };
   CLI::App* list = command->add_subcommand("list", "Suites and tests");
   add_suites(list);
-  CLI::App* points = command->add_subcommand("points", "Points of coverage that a closed suite has to meet");
+  CLI::App* points = command->add_subcommand(
+      "points",
+      "Points of the specification that a closed suite has to meet, beside flop bits and pairs of faults");
   CLI::App* run = command->add_subcommand("run", "Run a suite, or go on with it");
   run->add_option("SUITE", s->suite, "Its name")->required();
   add_suites(run);

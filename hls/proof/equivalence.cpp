@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/error.hpp"
+#include "hls/graph/reset_domain.hpp"
 #include "hls/proof/counterparts.hpp"
 
 namespace meltstage::hls {
@@ -331,6 +332,19 @@ Bits inputs_of(const Circuit& circuit, Problem& problem) {
   return all;
 }
 
+void require_pins(const Circuit& circuit, const TiedPins& tied) {
+  for (const auto& [name, value] : tied) {
+    std::string wider;
+    bool found = false;
+    for (const Pin& pin : circuit.inputs) {
+      for (unsigned i = 0; i < pin.field.width; ++i) found = found || bit_name(pin.field, i) == name;
+      if (pin.field.name == name) wider = fmt::format(" of one bit, such as {}", bit_name(pin.field, 0));
+    }
+    if (!found)
+      throw UserError(fmt::format("--tie: found no input pin {}{}, which the C++ should have", name, wider));
+  }
+}
+
 // Both have to begin alike.
 void compare_reset(Problem& problem, const Circuit& one, const Circuit& other) {
   for (std::size_t i = 0; i < one.flops.size(); ++i)
@@ -389,28 +403,33 @@ Problem make_problem(const Circuit& one, const Circuit& other) {
   return problem;
 }
 
-Problem make_switches(const Circuit& model, const TiedPins& tied) {
+Problem make_switches(Circuit model, const TiedPins& tied) {
+  std::vector<std::optional<Node>> out_of_reset(model.flops.size());
+  if (model.in_reset) out_of_reset = next_out_of_reset(model, *model.in_reset);
   Problem problem;
   for (const auto& [name, value] : tied) problem.pins[name] = problem.aig.constant(value);
+  require_pins(model, tied);
   const Bits inputs = inputs_of(model, problem);
-  std::size_t pins = 0;
-  for (const Pin& pin : model.inputs) pins += pin.field.width;
-  if (problem.pins.size() != pins)
-    throw UserError("--tie: found a pin that the C++ has not, expected one of its input pins");
   Blaster gates(model.graph, problem.aig, inputs, {});
   problem.reachable = reachable_states(model, problem.aig, gates);
-  for (const Flop& flop : model.flops) {
+  for (std::size_t k = 0; k < model.flops.size(); ++k) {
+    const Flop& flop = model.flops[k];
+    const Literal works = out_of_reset[k] ? gates.bits(*model.in_reset)[0] ^ 1 : kTrue;
     for (unsigned i = 0; i < flop.field.width; ++i) {
       if (!flop.field.kept[i]) continue;
       const std::string name = bit_name(flop.field, i);
       const Literal now = problem.state.at(name), next = gates.bits(flop.next)[i];
-      const std::string block = block_of(flop.field.name);
-      problem.obligations.push_back(
-          {Kind::kFlop, name + " never rises", block, problem.aig.both(now ^ 1, next), now, next});
-      problem.obligations.push_back(
-          {Kind::kFlop, name + " never falls", block, problem.aig.both(now, next ^ 1), now, next});
+      const auto add = [&](const char* what, Literal switches) {
+        problem.obligations.push_back({Kind::kFlop, name + what, block_of(flop.field.name),
+                                       problem.aig.both(works, switches), now, next});
+      };
+      add(" never rises", problem.aig.both(now ^ 1, next));
+      add(" never falls", problem.aig.both(now, next ^ 1));
     }
   }
+  for (const Invariant& invariant : model.invariants)
+    problem.obligations.push_back(
+        {Kind::kInvariant, invariant.name, "invariants", gates.bits(invariant.next)[0] ^ 1, kFalse, kFalse});
   return problem;
 }
 

@@ -59,9 +59,10 @@ Problem make_problem(const Circuit& model, const Rtl& rtl, Products products, co
 Problem make_problem(const Circuit& one, const Circuit& other);
 
 /// The question which bits of flops can switch: for each bit that rises, and for each that falls, in a clock
-/// that begins in a state in which the invariants hold. What is wrong never happens where the answer holds.
-/// `tied`: in clocks with this value of a pin alone. Throws UserError for a pin that the circuit hasn't got.
-Problem make_switches(const Circuit& model, const TiedPins& tied);
+/// that begins in a state in which the invariants hold, and in which hls_in_reset() does not reset the flop.
+/// What is wrong never happens where the answer holds. The invariants are asked with them. `tied`: in clocks
+/// with this value of a pin alone. Throws UserError for a pin that the circuit hasn't got.
+Problem make_switches(Circuit model, const TiedPins& tied);
 
 /// Adds what C++ compiled with Undefined::kTraps promises.
 void add_promises(Problem& problem, const Circuit& trapped);

@@ -61,8 +61,9 @@ class Cruises {
 
   std::vector<Span> spans() const {
     std::vector<Span> found;
-    if (is_rounding(left_mm(0.0), std::abs(goal_.position_mm) + std::abs(left_mm(0.0) - goal_.position_mm)))
-      found.push_back({0.0, 0.0, staying(0.0, 0.0).profile.duration_s, kNever});
+    if (const Course stop = staying(0.0, 0.0);
+        is_rounding(goal_.position_mm - stop.now.position_mm, farthest_mm(stop)))
+      found.push_back({0.0, 0.0, stop.profile.duration_s, kNever});
     for (const double side : {1.0, -1.0}) {
       const std::vector<double> speeds = speeds_to_try(side);
       for (std::size_t i = 0; i + 1 < speeds.size(); ++i) add_span(speeds[i], speeds[i + 1], found);
@@ -96,6 +97,13 @@ class Cruises {
   }
 
  private:
+  static double farthest_mm(const Course& way) {
+    double farthest = std::abs(way.now.position_mm);
+    for (std::size_t i = 0; i < way.profile.segments; ++i)
+      farthest = std::max(farthest, std::abs(way.profile.starts[i].position_mm));
+    return farthest;
+  }
+
   static double miss_s(const Course& way, double duration_s) {
     return std::abs(way.profile.duration_s - duration_s);
   }

@@ -162,12 +162,8 @@ void Coverage::observe(const chip::Chip& now, const chip::Inputs& in, const chip
   for (std::size_t i = 0; i < std::size(kPoints); ++i) {
     if (!points[i]) points[i] = kPoints[i].seen(moment);
   }
-  if (in.rst_n) {
-    crosses.observe(toggles.last(), now);
-    toggles.observe(now);
-  } else {
-    toggles.resume(now);
-  }
+  if (in.rst_n) crosses.observe(toggles.last(), now);
+  toggles.observe(in, now);
   const std::uint8_t state = now.sysctrl.state_q & 31;
   if (in.rst_n) {
     ++states[state];

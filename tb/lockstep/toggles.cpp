@@ -44,10 +44,16 @@ const FlopToggles::Never& FlopToggles::never() {
   return read;
 }
 
-void FlopToggles::observe(const chip::Chip& now) {
-  for_each_changed(
-      last_, now, [&](const Flop& flop) { add(flop, flop.get(last_, flop.word), flop.get(now, flop.word)); });
-  last_ = now;
+void FlopToggles::add(const chip::Chip& before, const chip::Inputs& in, const chip::Chip& after) {
+  if (!in.rst_n) return;
+  const bool works = before.out_of_reset(in);
+  for_each_changed(before, after, [&](const Flop& flop) {
+    // behind the synchroniser all others are in reset for some clocks more
+    if (!works && !flop.name.starts_with("rst_sync.")) return;
+    const std::uint64_t was = flop.get(before, flop.word), is = flop.get(after, flop.word);
+    rose[flop.place] |= is & ~was;
+    fell[flop.place] |= was & ~is;
+  });
 }
 
 void FlopToggles::resume(const chip::Chip& state) { last_ = state; }

@@ -15,13 +15,13 @@ namespace meltstage::tb {
 
 class FlopToggles {
  public:
-  // A flop in a clock of its own.
-  void add(const Flop& flop, std::uint64_t was, std::uint64_t is) {
-    rose[flop.place] |= is & ~was;
-    fell[flop.place] |= was & ~is;
+  // A clock with these pins. What a reset does is not counted.
+  void add(const chip::Chip& before, const chip::Inputs& in, const chip::Chip& after);
+  // The same, after the state that was seen last.
+  void observe(const chip::Inputs& in, const chip::Chip& now) {
+    add(last_, in, now);
+    last_ = now;
   }
-  // A clock after the state that was seen last.
-  void observe(const chip::Chip& now);
   // Goes on from another state: what differs has not switched by itself.
   void resume(const chip::Chip& state);
   // The state that was seen last.

@@ -175,6 +175,7 @@ bool holds(const fs::path& folder, const RegressPlan& plan) {
 void begin_regression(const fs::path& folder, const RegressPlan& plan) {
   fs::remove_all(folder / "results");
   fs::remove_all(folder / "failures");
+  for (const char* verdict : {"junit.xml", "summary.json", "report.html"}) fs::remove(folder / verdict);
   fs::create_directories(folder / "results");
   write_sealed(plan_file(folder), kPlanFormat, to_json(plan));
 }

@@ -23,7 +23,7 @@ RegressPlan plan_for(const Suite& suite);
 
 // Whether the folder holds this very plan.
 bool holds(const std::filesystem::path& folder, const RegressPlan& plan);
-// Writes it, and removes the results of another one.
+// Writes it, and removes the results and the verdict of another one.
 void begin_regression(const std::filesystem::path& folder, const RegressPlan& plan);
 // Throws UserError when there is none, or it is of another program.
 RegressPlan read_regression(const std::filesystem::path& folder);

@@ -217,10 +217,8 @@ TrialCount step_from_any_state(const Moments& moments, VerilatedRtl& rtl, std::u
                            list_differences(chip::Chip{}, moment.chip),
                        std::make_shared<const FailedStretch>(std::move(stretch)));
       }
-      if (in.rst_n) {
-        bits.observe(before, in, chip);
-        reached.crosses.observe(before, chip);
-      }
+      bits.observe(before, in, chip);
+      if (in.rst_n) reached.crosses.observe(before, chip);
       ++reached.clocks;
       stir_pins(rng, rarity, in);
     }

@@ -12,12 +12,16 @@ namespace {
 
 constexpr std::size_t kKept = 4;  // moments of a flop and a direction
 
-// One of the flops that hold this number holds another one.
+// One of the flops that hold the number of a word, or of a byte of a word of two, holds another one's.
 void readdress(Rng& rng, std::uint64_t from, std::uint64_t to, chip::Chip& chip) {
+  const unsigned in_word = one_in(rng, 2) ? 1 : 0;  // bits of a byte's number within a word
   std::vector<const Flop*> holding;
   for (const Flop* flop : flops_in_order())
-    if (flop != nullptr && !flop->is_array && flop->get(chip, flop->word) == from) holding.push_back(flop);
-  if (!holding.empty()) set_flop(*holding[rng.below(holding.size())], to, chip);
+    if (flop != nullptr && !flop->is_array && flop->get(chip, flop->word) >> in_word == from)
+      holding.push_back(flop);
+  if (holding.empty()) return;
+  const Flop& flop = *holding[rng.below(holding.size())];
+  set_flop(flop, to << in_word | rng.below(1 + in_word), chip);
 }
 
 }  // namespace
@@ -31,10 +35,11 @@ bool Aim::switches() const {
 StillBits::StillBits() : lately_(kFlopPlaces) {}
 
 void StillBits::observe(const chip::Chip& before, const chip::Inputs& in, const chip::Chip& after) {
+  toggles_.add(before, in, after);
+  if (!before.out_of_reset(in)) return;
   for_each_changed(before, after, [&](const Flop& flop) {
-    const std::uint64_t was = flop.get(before, flop.word), is = flop.get(after, flop.word);
-    toggles_.add(flop, was, is);
-    Lately& kept = lately_[flop.place][is > was];
+    const bool grows = flop.get(after, flop.word) > flop.get(before, flop.word);
+    Lately& kept = lately_[flop.place][grows];
     if (kept.moments.size() == kKept && toggles_.still(flop) == 0) return;
     const std::size_t place = kept.met++ % kKept;
     if (place == kept.moments.size()) kept.moments.emplace_back();
@@ -76,11 +81,12 @@ bool StillBits::is_still(const Aim& aim) const {
 // Of the flop itself; or, for the word of an array, of another word, with its number in the place of the
 // other's.
 std::optional<Moment> StillBits::any_lately(Rng& rng, const Flop& flop, bool grows) const {
-  const std::size_t before = flop.is_array && one_in(rng, 3) ? rng.below(flop.word + 1) : 0;
+  const bool of_another_word = flop.is_array && one_in(rng, 3);
+  const std::size_t before = of_another_word ? rng.below(flop.word + 1) : 0;
   const std::vector<Moment>& moments = lately_[flop.place - before][grows].moments;
   if (moments.empty()) return std::nullopt;
   Moment moment = moments[rng.below(moments.size())];
-  if (before != 0) readdress(rng, flop.word - before, flop.word, moment.chip);
+  if (of_another_word) readdress(rng, flop.word - before, flop.word, moment.chip);
   return moment;
 }
 

@@ -30,7 +30,7 @@ class StillBits {
  public:
   StillBits();
 
-  // A clock of a trial, not in reset.
+  // A clock of a trial.
   void observe(const chip::Chip& before, const chip::Inputs& in, const chip::Chip& after);
   // At a still bit as often as at any other: a carry comes to it, or a load over a value that has it already
   // or has it not. None where the flop was not seen to change.

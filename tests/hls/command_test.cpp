@@ -720,6 +720,27 @@ TEST_F(Hls, FilesThatAreMissingOrReadAreNamed) {
 }
 
 // One source, two ways: with a macro it is written otherwise.
+// steady_q stops at 15; held in reset nothing rises; with the button tied nothing falls that follows it.
+TEST_F(Hls, BitsThatNeverSwitchAreListed) {
+  const auto still = [&](const std::string& options) {
+    return run_command("hls still " + kExample + ".cpp --option=-I" MELTSTAGE_SOURCE_DIR " " + options);
+  };
+  const Ran all = still("");
+  EXPECT_EQ(all.status, 0) << all.output;
+  EXPECT_THAT(all.output,
+              HasSubstr("6 bits of flops: 12 rises and falls have a state that shows them, 0 never "
+                        "happen, 0 not decided"));
+  const Ran held = still("--tie rst_ni=0");
+  EXPECT_THAT(held.output, HasSubstr("steady_q[3] never rises\n"));
+  EXPECT_THAT(held.output, HasSubstr(" 6 never happen with rst_ni=0"));
+  const Ran pressed = still("--tie rst_ni=1 button_i=1 --block top top");
+  EXPECT_THAT(pressed.output, HasSubstr("level_q never falls\npressed_q never falls\n6 bits of flops: 10 "));
+  EXPECT_THAT(still("--tie nothing=0").output, HasSubstr("--tie: found no input pin nothing, which"));
+  EXPECT_THAT(still("--tie hold_i=0").output,
+              HasSubstr("found no input pin hold_i of one bit, such as hold_i[0]"));
+  EXPECT_THAT(still("--block u_nothing").output, HasSubstr("found no block u_nothing, expected one of top"));
+}
+
 TEST_F(Hls, TwoWaysOfOneSourceAreProvedEqualOrRefuted) {
   write_block(
       "#ifdef BY_SHIFT\n  s->a_q = static_cast<std::uint8_t>(in->x_i << 1);\n#else\n"

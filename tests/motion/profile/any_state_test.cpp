@@ -125,6 +125,15 @@ TEST(Arrival, AnAxisThatHasNoMoreThanItsRampWaits) {
       plan_scurve(limits, 10.0).duration_s);
 }
 
+// It turns and is back with the opposite speed; at the turn it waits.
+TEST(Arrival, AnAxisThatComesBackMayWaitAtTheTurn) {
+  const ScurveLimits limits = asymmetric_limits(30, 325, 325, 3e5, 3e5);
+  const MotionState state{0.0, -27.669347532031974, 0.0, 0.0};
+  const JerkProfile motion = plan_arrival(limits, state, 0.0, 27.669347532031974, 3.0);
+  EXPECT_NEAR(motion.duration_s, 3.0, 1e-9);
+  EXPECT_EQ(fault_of(motion, {limits, state, {0.0, 27.669347532031974, 0.0, 0.0}}), "");
+}
+
 // Only speeds from 22.86 to 23.26 mm/s leave a way in the right direction.
 TEST(Arrival, ANarrowRangeOfSpeedsIsFound) {
   const ScurveLimits limits = asymmetric_limits(75.852923549227853, 13220.246311811954, 13220.246311811954,

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "base/folder_lock.hpp"
+#include "tb/regress/regression.hpp"
 #include "tests/base/scratch_folder.hpp"
 #include "tests/support/run_command.hpp"
 
@@ -103,6 +104,28 @@ TEST_F(RegressCommand, RunsThatFailedBeforeComeFirst) {
   EXPECT_THAT(ran.output, HasSubstr("passed: 5 of 5 runs good"));
   EXPECT_LT(folder_.read("out/mine/junit.xml").find("random.99"),
             folder_.read("out/mine/junit.xml").find("random.1\""));
+}
+
+// A line of another suite's smaller run takes nothing from this suite's, and its larger one is not lost.
+TEST_F(RegressCommand, ARunThatFailedBeforeIsDoneOnceWithTheLargestAmount) {
+  folder_.write("failed.txt", "random.1 50\nrandom.2 6000\nrandom.2 5500\n");
+  ASSERT_EQ(run("--failed " + folder_.at("failed.txt").string()).status, 0);
+  const std::string plan = folder_.read("out/mine/plan.json");
+  EXPECT_THAT(folder_.read("out/mine/junit.xml"), HasSubstr("tests=\"4\""));
+  EXPECT_THAT(plan, HasSubstr("5000"));
+  EXPECT_THAT(plan, HasSubstr("6000"));
+  EXPECT_THAT(plan, testing::Not(HasSubstr("5500")));
+  EXPECT_THAT(folder_.read("out/mine/summary.json"), testing::Not(HasSubstr("\"amount\": 50,")));
+}
+
+TEST_F(RegressCommand, TheVerdictOfAnotherPlanDoesNotStay) {
+  ASSERT_EQ(run().status, 0);
+  Suite other;
+  other.name = "mine";
+  other.runs = {{"random", 7, 10}};
+  begin_regression(out() / "mine", plan_for(other));
+  for (const char* file : {"junit.xml", "summary.json", "report.html"})
+    EXPECT_FALSE(fs::exists(out() / "mine" / file)) << file;
 }
 
 TEST_F(RegressCommand, RecordsTheRandomRunsFromPowerUp) {

@@ -11,6 +11,8 @@
 namespace meltstage::tb {
 namespace {
 
+constexpr chip::Inputs kRunning{.test_mode = true};  // out of reset whatever the synchroniser holds
+
 using testing::Contains;
 using testing::Not;
 
@@ -25,10 +27,10 @@ TEST(Toggles, ABitSwitchesBothWaysWhenItRisesAndFalls) {
   chip::Chip chip;
   toggles.resume(chip);
   chip.guard.pv_q = -1;  // with its sign
-  toggles.observe(chip);
+  toggles.observe(kRunning, chip);
   EXPECT_THAT(toggles.still(), Contains("guard.pv_q[15]: never fell"));
   chip.guard.pv_q = 0;
-  toggles.observe(chip);
+  toggles.observe(kRunning, chip);
   EXPECT_THAT(toggles.still(), Not(Contains(testing::StartsWith("guard.pv_q["))));
   EXPECT_THAT(toggles.still(), Contains("guard.run_q: never switched"));
   EXPECT_EQ(switched(toggles, "guard"), 16u);
@@ -42,6 +44,22 @@ TEST(Toggles, WhatIsSetByHandDoesNotCount) {
     toggles.resume(chip);
   }
   EXPECT_EQ(switched(toggles, "guard"), 0u);
+}
+
+// RST_SYNC holds all others in reset for some clocks more.
+TEST(Toggles, WhatAResetDoesDoesNotCount) {
+  FlopToggles toggles;
+  chip::Chip before, after;
+  before.guard.run_q = 1;
+  before.rst_sync.stage_q = before.rst_sync.out_q = 0;
+  after.rst_sync.stage_q = 1;
+  toggles.resume(before);
+  toggles.observe({}, after);
+  EXPECT_EQ(toggles.rose[flop_blocks()[0][0][0].place], 1u);
+  EXPECT_THAT(toggles.still(), Contains("guard.run_q: never switched"));
+  toggles.resume(before);
+  toggles.observe({.test_mode = true}, after);
+  EXPECT_THAT(toggles.still(), Contains("guard.run_q: never rose"));
 }
 
 TEST(Toggles, EachFlopOfTheRtlIsThere) {
@@ -66,7 +84,7 @@ TEST(Toggles, WhatNeverHappensIsNotAskedFor) {
   chip.algor.i_q = -1;
   toggles.resume(chip);
   chip.algor.i_q = 0;
-  toggles.observe(chip);
+  toggles.observe(kRunning, chip);
   EXPECT_THAT(toggles.still(), Not(Contains(testing::StartsWith("algor.i_q[31]"))));
   EXPECT_THAT(toggles.still(), Contains("algor.i_q[30]: never rose"));
 }
@@ -76,9 +94,9 @@ TEST(Toggles, RunsAddUp) {
   chip::Chip low, high;
   high.guard.run_q = true;
   first.resume(low);
-  first.observe(high);
+  first.observe(kRunning, high);
   second.resume(high);
-  second.observe(low);
+  second.observe(kRunning, low);
   first.add(second);
   EXPECT_EQ(switched(first, "guard"), 1u);
 }

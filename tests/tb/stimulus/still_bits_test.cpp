@@ -22,7 +22,7 @@ class Watched final : public Device {
   chip::Outputs step(const chip::Inputs& in) override {
     const chip::Chip before = model_;
     const chip::Outputs out = model_.step(in);
-    if (in.rst_n) bits_.observe(before, in, model_);
+    bits_.observe(before, in, model_);
     return out;
   }
   const chip::Chip& model() const override { return model_; }
