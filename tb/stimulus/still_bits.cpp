@@ -12,16 +12,13 @@ namespace {
 
 constexpr std::size_t kKept = 4;  // moments of a flop and a direction
 
-// One of the flops that hold the number of a word, or of a byte of a word of two, holds another one's.
-void readdress(Rng& rng, std::uint64_t from, std::uint64_t to, chip::Chip& chip) {
-  const unsigned in_word = one_in(rng, 2) ? 1 : 0;  // bits of a byte's number within a word
-  std::vector<const Flop*> holding;
-  for (const Flop* flop : flops_in_order())
-    if (flop != nullptr && !flop->is_array && flop->get(chip, flop->word) >> in_word == from)
-      holding.push_back(flop);
-  if (holding.empty()) return;
-  const Flop& flop = *holding[rng.below(holding.size())];
-  set_flop(flop, to << in_word | rng.below(1 + in_word), chip);
+// One of the block's flops may tell which word of an array is written: by its number, or by that of a byte of
+// it, counted from anywhere.
+void readdress(Rng& rng, const FlopBlock& block, std::uint64_t words, chip::Chip& chip) {
+  const Flop& flop = block[rng.below(block.size())][0];
+  if (flop.is_array) return;
+  const std::uint64_t moved = one_in(rng, 2) ? words : 2 * words + rng.below(2);
+  set_flop(flop, flop.get(chip, flop.word) + moved, chip);
 }
 
 }  // namespace
@@ -78,15 +75,14 @@ bool StillBits::is_still(const Aim& aim) const {
   return (switched >> aim.bit & 1) == 0;
 }
 
-// Of the flop itself; or, for the word of an array, of another word, with its number in the place of the
-// other's.
+// Of the flop itself; or, for the word of an array, of another word, with another number of it.
 std::optional<Moment> StillBits::any_lately(Rng& rng, const Flop& flop, bool grows) const {
   const bool of_another_word = flop.is_array && one_in(rng, 3);
   const std::size_t before = of_another_word ? rng.below(flop.word + 1) : 0;
   const std::vector<Moment>& moments = lately_[flop.place - before][grows].moments;
   if (moments.empty()) return std::nullopt;
   Moment moment = moments[rng.below(moments.size())];
-  if (of_another_word) readdress(rng, flop.word - before, flop.word, moment.chip);
+  if (of_another_word) readdress(rng, flop_blocks()[flop.block], before, moment.chip);
   return moment;
 }
 
