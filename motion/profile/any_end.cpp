@@ -8,6 +8,7 @@
 #include <cmath>
 #include <optional>
 
+#include "base/golden_section.hpp"
 #include "motion/profile/check_positive.hpp"
 #include "motion/profile/course.hpp"
 
@@ -181,36 +182,12 @@ class RiseFallRise {
       const int before = std::max(i - 1, 0), behind = std::min(i + 1, kParts);
       const double sign = of[i] > 0.0 ? 1.0 : -1.0;
       if (sign * of[i] > sign * of[before] || sign * of[i] > sign * of[behind]) continue;
+      constexpr int kSteps = 40;
       const double least =
-          least_between([&](double u) { return sign * function(u); }, at[before], at[behind]);
+          least_between([&](double u) { return sign * function(u); }, at[before], at[behind], kSteps).second;
       if (sign * function(least) <= 0.0) return root_between(function, least, at[behind]);
     }
     return {};
-  }
-
-  /// Where a function that falls and then rises is least.
-  template <class Function>
-  static double least_between(const Function& function, double low, double high) {
-    constexpr double kGolden = 0.6180339887498949;
-    constexpr int kSteps = 40;
-    double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-    double of_a = function(a), of_b = function(b);
-    for (int step = 0; step < kSteps && of_a > 0.0 && of_b > 0.0; ++step) {
-      if (of_a < of_b) {
-        high = b;
-        b = a;
-        of_b = of_a;
-        a = high - kGolden * (high - low);
-        of_a = function(a);
-      } else {
-        low = a;
-        a = b;
-        of_a = of_b;
-        b = low + kGolden * (high - low);
-        of_b = function(b);
-      }
-    }
-    return of_a < of_b ? a : b;
   }
 
   const EvenLimits limits_;

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/golden_section.hpp"
 #include "motion/profile/check_positive.hpp"
 #include "motion/profile/course.hpp"
 #include "motion/profile/moving_end.hpp"
@@ -30,17 +31,6 @@ struct Span {
   double least_s() const { return std::min(from_s, to_s); }
   double most_s() const { return std::max(from_s, to_s); }
 };
-
-/// Where a function with one peak in low..high has it (golden section).
-template <typename Function>
-double highest_argument(const Function& function, double low, double high) {
-  constexpr double kShare = 0.6180339887498949;
-  for (int step = 0; step < 40; ++step) {
-    const double left = high - kShare * (high - low), right = low + kShare * (high - low);
-    (function(left) < function(right) ? low : high) = function(left) < function(right) ? left : right;
-  }
-  return 0.5 * (low + high);
-}
 
 /// Motions that go to one speed, stay with it as long as the way takes that is left, and go on to the end's.
 template <class Changes>
@@ -132,12 +122,13 @@ class Cruises {
           sizes.push_back(size);
     std::sort(sizes.begin(), sizes.end(), std::greater<>());
     sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
-    const auto ahead_mm = [&](double size) { return side * left_mm(side * size); };
+    const auto behind_mm = [&](double size) { return -side * left_mm(side * size); };
+    constexpr int kSteps = 40;
     std::vector<double> between;
     for (std::size_t i = 1; i + 1 < sizes.size(); ++i) {
-      const double here = ahead_mm(sizes[i]);
-      if (here < 0.0 && here >= ahead_mm(sizes[i - 1]) && here >= ahead_mm(sizes[i + 1]))
-        between.push_back(highest_argument(ahead_mm, sizes[i + 1], sizes[i - 1]));
+      const double here = behind_mm(sizes[i]);
+      if (here > 0.0 && here <= behind_mm(sizes[i - 1]) && here <= behind_mm(sizes[i + 1]))
+        between.push_back(least_between(behind_mm, sizes[i + 1], sizes[i - 1], kSteps).second);
     }
     sizes.insert(sizes.end(), between.begin(), between.end());
     std::sort(sizes.begin(), sizes.end(), std::greater<>());

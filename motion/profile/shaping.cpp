@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/golden_section.hpp"
 #include "motion/profile/over_band.hpp"
 #include "motion/profile/profile_parts.hpp"
 
@@ -145,26 +146,9 @@ class TripleSearch {
 
   /// Spacing's best middle share. The residual of each frequency is convex in it, and so is their largest.
   Triple best_at(double spacing_s) const {
-    constexpr double kGolden = 0.6180339887498949;
-    double low = 0.0, high = 1.0;
-    double left = high - kGolden * (high - low), right = low + kGolden * (high - low);
-    double at_left = residual({spacing_s, left}), at_right = residual({spacing_s, right});
-    for (int step = 0; step < 24; ++step) {
-      if (at_left < at_right) {
-        high = right;
-        right = left;
-        at_right = at_left;
-        left = high - kGolden * (high - low);
-        at_left = residual({spacing_s, left});
-      } else {
-        low = left;
-        left = right;
-        at_left = at_right;
-        right = low + kGolden * (high - low);
-        at_right = residual({spacing_s, right});
-      }
-    }
-    return {spacing_s, at_left < at_right ? left : right};
+    constexpr int kSteps = 24;
+    const auto residual_of = [&](double share) { return residual({spacing_s, share}); };
+    return {spacing_s, least_between(residual_of, 0.0, 1.0, kSteps).second};
   }
 
   /// Longest time from the motion's own end to settled over the band.

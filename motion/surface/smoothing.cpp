@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/golden_section.hpp"
 #include "motion/profile/profile.hpp"
 
 namespace meltstage::motion {
@@ -98,29 +99,12 @@ class Reinsch {
   std::vector<double> d_, l1_, l2_;
 };
 
-/// Golden section for the least of low..high.
-template <class Score>
-std::pair<double, double> least_between(double low, double high, const Score& score) {
-  constexpr double kGolden = 0.6180339887498949;
-  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-  double score_a = score(a), score_b = score(b);
-  for (int i = 0; i < 16; ++i) {
-    if (score_a < score_b) {
-      high = b, b = a, score_b = score_a;
-      score_a = score(a = high - kGolden * (high - low));
-    } else {
-      low = a, a = b, score_a = score_b;
-      score_b = score(b = low + kGolden * (high - low));
-    }
-  }
-  return score_a < score_b ? std::pair(score_a, a) : std::pair(score_b, b);
-}
-
 /// The logarithm of the smoothing with the least score of all. A score may have several valleys; each one
 /// that a scan shows is gone down.
 template <class Score>
 double best_of_all(const Score& score) {
   constexpr double kLowest = -15.0, kStep = 0.5;
+  constexpr int kNarrowed = 16;
   constexpr std::size_t kScanned = 79;  // up to 24
   const auto place = [](std::size_t i) { return kLowest + kStep * static_cast<double>(i); };
   std::array<double, kScanned> scanned;
@@ -130,7 +114,7 @@ double best_of_all(const Score& score) {
     const std::size_t before = i == 0 ? 0 : i - 1, behind = std::min(i + 1, kScanned - 1);
     best = std::min(best, {scanned[i], place(i)});
     if (scanned[i] <= scanned[before] && scanned[i] <= scanned[behind])
-      best = std::min(best, least_between(place(before), place(behind), score));
+      best = std::min(best, least_between(score, place(before), place(behind), kNarrowed));
   }
   return best.second;
 }

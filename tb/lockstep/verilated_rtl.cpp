@@ -49,7 +49,7 @@ class TracedTop final : public verilated::VerilatedTop<Vtc_top_traced> {
 };
 
 #ifdef COUNT_RTL_LINES
-// Leaves what it has counted in the folder RTL_COVERAGE, a file each; tests/coverage.sh adds them up.
+// Leaves what it has counted in the folder RTL_COVERAGE, a file each; tests/coverage/measure.sh adds them up.
 class PlainTop final : public verilated::VerilatedTop<Vtc_top> {
  public:
   ~PlainTop() override {
