@@ -23,6 +23,7 @@
 #include "hls/cpp/compile.hpp"
 #include "hls/cpp/translate.hpp"
 #include "hls/graph/names.hpp"
+#include "hls/graph/reset_domain.hpp"
 #include "hls/graph/sharing.hpp"
 #include "hls/graph/verilog.hpp"
 #include "hls/proof/counterexample.hpp"
@@ -367,8 +368,9 @@ int list_still(const Options& o) {
   ProgressLine line;
   const auto begin = Clock::now();
   line.show("translating the C++");
-  const hls::Problem problem =
-      hls::make_switches(circuit_of(o.sources, hls::Undefined::kIsLeft), tied_pins(o));
+  const hls::Circuit model = circuit_of(o.sources, hls::Undefined::kIsLeft);
+  hls::never_reset(model, {}, false);  // refuses an invariant that does not hold in reset
+  const hls::Problem problem = hls::make_switches(model, tied_pins(o));
   const std::vector<std::size_t> chosen = choose(problem, o.blocks);
   const std::vector<hls::Answer> answers = hls::prove(problem, chosen, o.limits, shown_on(line));
   line.clear();

@@ -427,9 +427,13 @@ Problem make_switches(Circuit model, const TiedPins& tied) {
       add(" never falls", problem.aig.both(now, next ^ 1));
     }
   }
+  // these hold for all values of the pins, or of no use
+  Bits untied = inputs;
+  for (const auto& [name, value] : tied) untied[name] = problem.aig.input();
+  Blaster all_pins(model.graph, problem.aig, untied, {});
   for (const Invariant& invariant : model.invariants)
-    problem.obligations.push_back(
-        {Kind::kInvariant, invariant.name, "invariants", gates.bits(invariant.next)[0] ^ 1, kFalse, kFalse});
+    problem.obligations.push_back({Kind::kInvariant, invariant.name, "invariants",
+                                   all_pins.bits(invariant.next)[0] ^ 1, kFalse, kFalse});
   return problem;
 }
 

@@ -60,8 +60,9 @@ Problem make_problem(const Circuit& one, const Circuit& other);
 
 /// The question which bits of flops can switch: for each bit that rises, and for each that falls, in a clock
 /// that begins in a state in which the invariants hold, and in which hls_in_reset() does not reset the flop.
-/// What is wrong never happens where the answer holds. The invariants are asked with them. `tied`: in clocks
-/// with this value of a pin alone. Throws UserError for a pin that the circuit hasn't got.
+/// What is wrong never happens where the answer holds. The invariants are asked with them, for all
+/// values of the pins. `tied`: switches in clocks with this value of a pin alone. Throws UserError for a pin
+/// that the circuit hasn't got.
 Problem make_switches(Circuit model, const TiedPins& tied);
 
 /// Adds what C++ compiled with Undefined::kTraps promises.

@@ -22,6 +22,7 @@ namespace meltstage::motion {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kExact = 1e-12;  // of a duration
 
 /// Speeds with which an axis may go on for a while, next to each other, and how long the motions last that
 /// do. With a speed of zero at an end the time has no bound.
@@ -59,6 +60,7 @@ class Cruises {
       for (std::size_t i = 0; i + 1 < speeds.size(); ++i) add_span(speeds[i], speeds[i + 1], found);
       double slowest = speeds.back();
       for (int step = 0; step < 40 && !with(slowest); ++step) slowest *= 0.5;
+      add_span(2.0 * slowest, slowest, found);
       if (const auto way = with(slowest)) found.push_back({slowest, 0.0, way->profile.duration_s, kNever});
     }
     return found;
@@ -66,24 +68,19 @@ class Cruises {
 
   /// The motion of a span that lasts so long.
   std::optional<Course> lasting(const Span& span, double duration_s) const {
-    if (span.from_speed == 0.0) return staying(0.0, duration_s - span.from_s);
+    if (span.from_speed == 0.0) return fitting(0.0, duration_s);
     double longer = span.to_s > span.from_s ? span.to_speed : span.from_speed;
     double shorter = span.to_s > span.from_s ? span.from_speed : span.to_speed;
-    constexpr double kExact = 1e-13;
     for (int step = 0; step < 200; ++step) {
       const double middle = 0.5 * (longer + shorter);
       if (middle == longer || middle == shorter) break;
+      if (auto way = fitting(middle, duration_s)) return way;
       const auto way = with(middle);
       if (!way) return {};
-      if (miss_s(*way, duration_s) <= kExact * duration_s) return way;
       (way->profile.duration_s < duration_s ? shorter : longer) = middle;
     }
-    std::optional<Course> best = with(shorter);
-    if (longer != 0.0)
-      if (const auto other = with(longer);
-          other && (!best || miss_s(*other, duration_s) < miss_s(*best, duration_s)))
-        best = other;
-    return best;
+    if (auto way = fitting(shorter, duration_s)) return way;
+    return fitting(longer, duration_s);
   }
 
  private:
@@ -94,8 +91,14 @@ class Cruises {
     return farthest;
   }
 
-  static double miss_s(const Course& way, double duration_s) {
-    return std::abs(way.profile.duration_s - duration_s);
+  /// With this speed and of this duration, if it ends at the goal but for rounding. Of a speed next to none
+  /// the way tells the stay badly, as it is rounded; the duration tells it well.
+  std::optional<Course> fitting(double speed, double duration_s) const {
+    const double stay_s = duration_s - staying(speed, 0.0).profile.duration_s;
+    if (!(stay_s >= -kExact * duration_s)) return {};
+    Course way = staying(speed, stay_s);
+    if (!is_rounding(goal_.position_mm - way.now.position_mm, farthest_mm(way))) return {};
+    return way;
   }
 
   /// The way that is left for a speed.
@@ -215,7 +218,7 @@ class Arrivals {
   std::optional<JerkProfile> lasting(const Cruises<Changes>& cruises, const std::vector<Span>& spans,
                                      double time_s) const {
     for (const Span& span : spans) {
-      if (time_s < span.least_s() || time_s > span.most_s()) continue;
+      if (time_s < span.least_s() * (1.0 - kExact) || time_s > span.most_s()) continue;
       if (const auto way = cruises.lasting(span, time_s); way && is_now(way->profile, time_s))
         return way->ended_at(goal_);
     }

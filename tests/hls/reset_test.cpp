@@ -104,6 +104,20 @@ void hls_invariants(const State* s, Held* held) {
   EXPECT_THAT(still.output, HasSubstr("invariant: small, which is not shown to hold\n"));
 }
 
+// A pin that is tied for the switches is not tied for what they rest on.
+TEST_F(Hls, InvariantsAreAskedForAllValuesOfATiedPin) {
+  write_block(R"(  s->a_q = in->x_i;
+}
+struct Held { std::uint8_t zero; };
+extern const meltstage::hls::Field hls_invariant_names[] = {HLS_FIELD(Held, zero, 1)};
+void hls_invariants(const State* s, Held* held) {
+  held->zero = (s->a_q & 1) == 0;)");
+  const Ran still =
+      run_command("hls still " + at("block.cpp") + " --option=-I" MELTSTAGE_SOURCE_DIR " --tie x_i[0]=0");
+  EXPECT_EQ(still.status, 1) << still.output;
+  EXPECT_THAT(still.output, HasSubstr("invariant: zero, which is not shown to hold\n"));
+}
+
 // What is so in those states alone was counted as if it were so in all.
 TEST_F(Hls, BitsThatNeedTheInvariantsAreCounted) {
   write_block(R"(  if (s->a_q < 3) ++s->a_q;

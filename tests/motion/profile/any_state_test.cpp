@@ -134,6 +134,28 @@ TEST(Arrival, AnAxisThatComesBackMayWaitAtTheTurn) {
   EXPECT_EQ(fault_of(motion, {limits, state, {0.0, 27.669347532031974, 0.0, 0.0}}), "");
 }
 
+// What is left of the way is a nanometre, and the speed with which it is made next to none.
+TEST(Arrival, ASpeedNextToNoneIsNoLessPossible) {
+  const ScurveLimits limits = asymmetric_limits(500, 5000, 5000, 1e5, 1e5);
+  const MotionState state{0.0, 5e-4, 0.0, 0.0};
+  for (int i = 0; i < 400; ++i) {
+    const double duration_s = 0.15 + 0.001 * i;
+    const JerkProfile motion = plan_arrival(limits, state, -12.5, -250.0, duration_s);
+    EXPECT_NEAR(motion.duration_s, duration_s, 1e-9 * duration_s);
+    EXPECT_EQ(fault_of(motion, {limits, state, {-12.5, -250.0, 0.0, 0.0}}), "") << duration_s;
+  }
+  for (const double duration_s : {0.105, 0.11, 0.12, 0.2, 0.5})
+    EXPECT_NO_THROW(plan_arrival(limits, state, -12.5, -250.0, duration_s)) << duration_s;
+  const ScurveLimits turning = asymmetric_limits(100, 1000, 1000, 1e5, 1e5);
+  EXPECT_NO_THROW(plan_arrival(turning, {0.0, -100.0, 0.0, 0.0}, 0.0, 100.0, 0.22));
+  AxisStates moving;
+  moving.position_mm = moving.acceleration_mm_s2 = moving.jerk_mm_s3 = Eigen::Vector3d::Zero();
+  moving.velocity_mm_s = {5e-4, 0.0, 0.0};
+  EXPECT_DOUBLE_EQ(
+      plan_together({limits, limits, limits}, moving, {-12.5, 28.3, 0.0}, {-250.0, 20.0, 0.0}).duration_s,
+      plan_to_speed(limits, {}, 28.3, 20.0).duration_s);
+}
+
 // Only speeds from 22.86 to 23.26 mm/s leave a way in the right direction.
 TEST(Arrival, ANarrowRangeOfSpeedsIsFound) {
   const ScurveLimits limits = asymmetric_limits(75.852923549227853, 13220.246311811954, 13220.246311811954,
