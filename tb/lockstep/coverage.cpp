@@ -162,7 +162,10 @@ void Coverage::observe(const chip::Chip& now, const chip::Inputs& in, const chip
   for (std::size_t i = 0; i < std::size(kPoints); ++i) {
     if (!points[i]) points[i] = kPoints[i].seen(moment);
   }
-  if (in.rst_n) crosses.observe(toggles.last(), now);
+  if (in.rst_n) {
+    crosses.observe(toggles.last(), now);
+    ends.observe(now);
+  }
   toggles.observe(in, now);
   const std::uint8_t state = now.sysctrl.state_q & 31;
   if (in.rst_n) {
@@ -210,6 +213,7 @@ void Coverage::add(const Coverage& other) {
   crc_errors += other.crc_errors;
   toggles.add(other.toggles);
   crosses.add(other.crosses);
+  ends.add(other.ends);
 }
 
 std::vector<std::string> Coverage::holes() const {

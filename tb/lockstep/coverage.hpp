@@ -11,6 +11,7 @@
 #include "cmodel/chip.hpp"
 #include "cmodel/spec.hpp"
 #include "tb/lockstep/fault_crosses.hpp"
+#include "tb/lockstep/register_ends.hpp"
 #include "tb/lockstep/toggles.hpp"
 
 namespace meltstage::tb {
@@ -34,6 +35,7 @@ struct Coverage {
   std::uint64_t crc_errors = 0;
   FlopToggles toggles;  // but for what a reset does
   FaultCrosses crosses;
+  RegisterEnds ends;
 
   // Looks at the model after a clock.
   void observe(const chip::Chip& now, const chip::Inputs& in, const chip::Outputs& out);

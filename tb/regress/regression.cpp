@@ -79,6 +79,7 @@ void for_counts(AnyCoverage& coverage, const Visit& visit) {
   visit("faults_in_state", coverage.crosses.in_state);
   visit("faults_at_once", coverage.crosses.at_once);
   visit("faults_while_one_stands", coverage.crosses.while_stands);
+  visit("register_ends", coverage.ends.met);
 }
 
 // {"states": [[3, 17], ...], ...}: index and count of what is not 0.
@@ -244,6 +245,7 @@ RegressVerdict join_runs(const fs::path& folder, const RegressPlan& plan) {
   verdict.toggles = coverage.toggles;
   for (const std::string& bit : verdict.toggles.still()) verdict.holes.push_back("flop bit " + bit);
   for (const std::string& cross : coverage.crosses.holes()) verdict.holes.push_back(cross);
+  for (const std::string& end : coverage.ends.holes()) verdict.holes.push_back("register " + end);
   if (plan.suite.coverage_closed)
     for (const std::string& hole : verdict.holes) verdict.faults.push_back("not covered: " + hole);
   return verdict;

@@ -16,6 +16,7 @@
 #include "tb/regress/failing_case.hpp"
 #include "tb/stimulus/any_skip.hpp"
 #include "tb/stimulus/any_state.hpp"
+#include "tb/stimulus/end_writes.hpp"
 #include "tb/stimulus/late_pins.hpp"
 #include "tb/stimulus/random_run.hpp"
 
@@ -26,8 +27,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLeastEvents = 500;  // new values of the chip's flags, states and steps
 
-std::unique_ptr<Device> start_of(const RegressRun& run, const fs::path& failures) {
-  return in_lockstep(random_start(run.seed), {run.test, run.seed, repeat_command(run)}, failures);
+std::unique_ptr<Device> start_of(const chip::Chip& start, const RegressRun& run, const fs::path& failures) {
+  return in_lockstep(start, {run.test, run.seed, repeat_command(run)}, failures);
 }
 
 void run_on(std::unique_ptr<Device> device, const RegressRun& run, RunResult& result) {
@@ -37,11 +38,18 @@ void run_on(std::unique_ptr<Device> device, const RegressRun& run, RunResult& re
 }
 
 void run_random(const RegressRun& run, const fs::path& failures, RunResult& result) {
-  run_on(start_of(run, failures), run, result);
+  run_on(start_of(random_start(run.seed), run, failures), run, result);
 }
 
 void run_late_pins(const RegressRun& run, const fs::path& failures, RunResult& result) {
-  run_on(with_late_pins(start_of(run, failures), run.seed), run, result);
+  run_on(with_late_pins(start_of(random_start(run.seed), run, failures), run.seed), run, result);
+}
+
+void run_register_ends(const RegressRun& run, const fs::path& failures, RunResult& result) {
+  const EndWrites ran =
+      write_register_ends(start_of(end_writes_start(), run, failures), run.seed, run.amount);
+  result.compared = ran.compared;
+  result.coverage = ran.coverage;
 }
 
 void run_any_state(const RegressRun& run, const fs::path&, RunResult& result) {
@@ -73,11 +81,13 @@ void run_skip(const RegressRun& run, const fs::path&, RunResult& result) {
   result.compared.clocks = reached.clocks;
 }
 
-constexpr std::array<RegressTest, 4> kTests = {
+constexpr std::array<RegressTest, 5> kTests = {
     {{"random", "clocks", "model and RTL in lockstep under a random host, sensor, head and upsets",
       run_random},
      {"late_pins", "clocks",
       "the same, each change of a pin at once or a clock later, as synchronisers see it", run_late_pins},
+     {"register_ends", "passes", "each register's lowest and highest value, and one beyond, over the bus",
+      run_register_ends},
      {"any_state", "trials", "model and RTL in lockstep for some clocks from changed states", run_any_state},
      {"skip", "trials", "the model's closed forms of idle time against stepping, from changed states",
       run_skip}}};
