@@ -183,7 +183,7 @@ TEST_F(RegressCommand, MistakesAreOneLine) {
           "suite: found \"nothing\", expected one of: smoke, pr, nightly, release");
   refused("run smoke --suites " + folder_.at("nowhere.toml").string(), "nowhere.toml");
   refused("one random", "expected TEST.SEED such as random.17");
-  refused("one rand.1", "the test one of: random, late_pins, any_state, skip");
+  refused("one rand.1", "the test one of: random, late_pins, register_ends, any_state, skip");
   refused("one random.1 --amount 0", "found 0, expected a whole number from 1");
   refused("job " + folder_.at("").string() + " 0", "expected a folder that meltstage regress run made");
   refused("case " + folder_.at("nowhere.json").string(), "nowhere.json");

@@ -48,7 +48,7 @@ TEST_F(Suites, MistakesAreNamedWithTheirPlace) {
   refused("[[suite]]\nname = \"../a\"\nrun = [{ test = \"random\", amount = 1 }]\n",
           "suites.toml:2:8: suite.name");
   refused("[[suite]]\nname = \"a\"\nrun = [{ test = \"rand\", amount = 1 }]\n",
-          "one of: random, late_pins, any_state, skip");
+          "one of: random, late_pins, register_ends, any_state, skip");
   refused("[[suite]]\nname = \"a\"\nrun = [{ test = \"random\" }]\n", "amount");
   refused("[[suite]]\nname = \"a\"\nlimit_min = 0\nrun = [{ test = \"random\", amount = 1 }]\n",
           "limit_min: found 0");
