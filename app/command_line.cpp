@@ -14,10 +14,12 @@
 #include <cstring>
 #include <filesystem>
 #include <iostream>
+#include <memory>
 #include <regex>
 #include <string_view>
 #include <vector>
 
+#include "app/help_text.hpp"
 #include "base/build_stamp.hpp"
 #include "base/error.hpp"
 #include "base/option_values.hpp"
@@ -106,6 +108,10 @@ int with_all_told(int status) {
 
 }  // namespace
 
+void show_example(CLI::App* command, const std::string& words) {
+  command->footer(std::string(kExample) + "meltstage " + words);
+}
+
 void continue_as(const std::string& program) {
   const std::filesystem::path path =
       std::filesystem::read_symlink("/proc/self/exe").replace_filename(program);
@@ -126,8 +132,13 @@ int carry_out(int argc, char** argv, std::span<const Verb> verbs, std::span<cons
     CLI::App cli{"Meltstage: the electronics and motion of a print head.", "meltstage"};
     cli.set_version_flag("--version", version());
     cli.require_subcommand(1);
+    cli.formatter(std::make_shared<HelpFormatter>());
     std::vector<Action> actions;
     for (const Verb& verb : verbs) actions.push_back(verb.add(cli, typed));
+    if (argc == 2 && std::string_view(argv[1]) == "--describe") {
+      fmt::print("{}", command_description(cli));
+      return 0;
+    }
     for (const VerbElsewhere& verb : elsewhere) cli.add_subcommand(verb.name, verb.summary);
     cli.failure_message(usage_error);
     check_option_values(cli);

@@ -34,6 +34,9 @@ struct VerbElsewhere {
 /// an answer that standard output did not take is the latter.
 int run_verbs(int argc, char** argv, std::span<const Verb> verbs, std::span<const VerbElsewhere> elsewhere);
 
+/// A whole call of `command`, shown below its help: the words behind `meltstage`.
+void show_example(CLI::App* command, const std::string& words);
+
 /// This process becomes `program`, which lies beside this one, with the same arguments. Throws UserError when
 /// it isn't there.
 [[noreturn]] void continue_as(const std::string& program);

@@ -16,6 +16,7 @@ Action add_windows_command(CLI::App& cli, const std::string& typed);
 Action add_window_command(CLI::App& cli, const std::string& typed);
 Action add_init_command(CLI::App& cli, const std::string& typed);
 Action add_coordinates_command(CLI::App& cli, const std::string& typed);
+Action add_doctor_command(CLI::App& cli, const std::string& typed);
 Action add_gcode_command(CLI::App& cli, const std::string& typed);
 Action add_accuracy_command(CLI::App& cli, const std::string& typed);
 Action add_conformal_command(CLI::App& cli, const std::string& typed);

@@ -39,6 +39,7 @@ Action add_bench_command(CLI::App& cli, const std::string&) {
   const auto s = std::make_shared<Settings>();
   CLI::App* command =
       cli.add_subcommand("bench", "Measure and print the figures of a part, with what is wanted");
+  show_example(command, "bench path --seed 7");
   command->add_option("NAME", s->name, "Which bench; --list names them");
   command->add_flag("--list", s->list, "Name the benches");
   command->add_flag("--json", s->json, "Print JSON");

@@ -5,21 +5,12 @@
 # FOLDER must not exist; it is left for a look. Exit status: 0 all as wanted, 1 a figure falls short, 2 wrong use.
 set -euo pipefail
 [[ $# == 1 && ! -e $1 ]] || { echo "first_print.sh: expected a folder that doesn't exist yet, found '$*'" >&2; exit 2; }
-command -v debootstrap >/dev/null || { echo "first_print.sh: found no debootstrap, expected it installed: apt-get install debootstrap" >&2; exit 2; }
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 bare=$1
-debootstrap --variant=minbase bookworm "$bare" >"$bare.log" 2>&1 || { tail -n 1 "$bare.log" >&2; exit 2; }
-rm -f "$bare/etc/apt/sources.list"
-cp -r /etc/apt/apt.conf.d /etc/apt/sources.list* "$bare/etc/apt/" # this machine's way to Debian's packages
-cp /etc/resolv.conf "$bare/etc/"
+source "$root/bench/bare_debian.sh"
+make_bare_debian
 mkdir -p "$bare/meltstage"
 git -C "$root" archive HEAD | tar -x -C "$bare/meltstage"
-mount -t proc proc "$bare/proc"
-mount --rbind /dev "$bare/dev"
-trap 'umount -l "$bare/dev" "$bare/proc"' EXIT
-
-in_it() { chroot "$bare" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root "$@"; }
-packages() { in_it dpkg-query -W -f='${Package}\n' | sort; }
 packages >"$bare.before"
 in_it apt-get -q update >/dev/null
 mapfile -t tier < <(root=$root && source "$root/cmake/setup.sh" && packages_of run)
@@ -33,12 +24,6 @@ TIMEFORMAT='%R %U %S'
 { time in_it /bin/bash -c 'cd /meltstage && ./run' >&2; } 2>"$bare.printed"
 steps=$(sed -n 's/^\[[0-9]*\/\([0-9]*\)\].*/\1/p' "$bare.build" | tail -n 1)
 
-status=0
-row() { # what, value, unit, wanted at most
-  local mark=
-  awk -v v="$2" -v w="${4:-}" 'BEGIN { exit !(w == "" || v <= w) }' || { mark=SHORT status=1; }
-  printf '%-32s %10s %-14s %-8s %s\n' "$1" "$2" "$3" "${4:+<= $4}" "$mark"
-}
 row "packages installed" "$(comm -13 "$bare.before" "$bare.after" | wc -l)" "" 220
 row "download" "$megabytes" MB 200
 row "time to install them" "$((clock_installed - clock_before))" s

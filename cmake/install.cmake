@@ -66,6 +66,7 @@ set(meltstage_${name}_packages${packages})
 ")
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/meltstage-${name}-part.cmake DESTINATION ${MELTSTAGE_CMAKE_DIR} COMPONENT ${name})
   set_property(GLOBAL APPEND PROPERTY MELTSTAGE_PART_NAMES ${name})
+  set_property(GLOBAL APPEND PROPERTY MELTSTAGE_PART_TARGETS ${P_TARGET})
 endfunction()
 
 # At the end of the top CMakeLists.txt: the package's own files. They belong to every part, so each part installs them.

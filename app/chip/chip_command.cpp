@@ -174,6 +174,7 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
   serve->command = typed;
   CLI::App* serve_command =
       chip->add_subcommand("serve", "The virtual chip on its heated head, behind a pseudo-terminal");
+  show_example(serve_command, "chip serve --port /tmp/chip");
   serve_command->add_option("--port", serve->port, "Name of the link to make")->required();
   serve_command->add_flag("--rtl", serve->rtl, "The RTL, with the model beside it in lockstep");
   serve_command->add_option("--speed", *speed, "Chip time over real time, or max (default 1)");
@@ -183,6 +184,7 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
   const auto play = std::make_shared<PlayOptions>();
   CLI::App* play_command =
       chip->add_subcommand("play", "Run a scenario on the virtual chip (docs/start/chip-in-a-page.md)");
+  show_example(play_command, "chip play scenario.txt --for 300 --out trace.csv");
   play_command->add_option("SCENARIO", play->scenario, "What happens to the chip and when")->required();
   play_command->add_option("--for", play->for_s, "Seconds of the chip (default 300)")
       ->check(number_from(0.1, kLongestPlay_s));
@@ -190,21 +192,30 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
 
   const auto asked = std::make_shared<Asked>();
   CLI::App* read = chip->add_subcommand("read", "Print registers in their units");
+  show_example(read, "chip read PV DUTY --port /tmp/chip");
   read->add_option("NAMES", asked->names, "Registers (default: all); docs/chip/registers.md");
   CLI::App* set = chip->add_subcommand("set", "Write registers in their units, all or none");
+  show_example(set, "chip set SETPOINT=110 --port /tmp/chip");
   set->add_option("SETTINGS", asked->settings, "NAME=VALUE ...")->required();
   CLI::App* watch = chip->add_subcommand("watch", "Temperature, duty, state and faults as they go");
+  show_example(watch, "chip watch --port /tmp/chip");
   watch->add_option("--period", asked->watch.period_s, "Seconds between polls (default 0.25)")
       ->check(number_from(0.01, 3600.0));
   CLI::Option* watch_for =
       watch->add_option("--for", asked->watch_for_s, "Ends after so many seconds (default: never)")
           ->check(number_from(0.0, 1e9));
   CLI::App* run = chip->add_subcommand("run", "Heating on");
+  show_example(run, "chip run --port /tmp/chip");
   CLI::App* stop = chip->add_subcommand("stop", "Heater off");
+  show_example(stop, "chip stop --port /tmp/chip");
   CLI::App* tune = chip->add_subcommand("tune", "Measure the head; set loop and detectors from that");
+  show_example(tune, "chip tune --port /tmp/chip");
   CLI::App* clear = chip->add_subcommand("clear", "Clear latched faults");
+  show_example(clear, "chip clear --port /tmp/chip");
   CLI::App* save = chip->add_subcommand("save", "Write the head's registers to a file");
+  show_example(save, "chip save head.toml --port /tmp/chip");
   CLI::App* restore = chip->add_subcommand("restore", "Write the registers of such a file to the chip");
+  show_example(restore, "chip restore head.toml --port /tmp/chip");
   for (CLI::App* command : {save, restore})
     command->add_option("FILE", asked->file, "TOML; docs/host/host.md")->required();
   for (CLI::App* command : {read, set, watch, run, stop, tune, clear, save, restore})

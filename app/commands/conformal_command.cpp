@@ -382,6 +382,7 @@ Action add_conformal_command(CLI::App& cli, const std::string&) {
 
   CLI::App* probe =
       command->add_subcommand("probe", "Write the program that measures the lines of a tool path");
+  show_example(probe, "conformal probe part/lines.apt --out probe.ngc");
   add_path_options(probe, *s, "Tool path: .apt, .cls, .ngc, .nc, .csv");
   probe->add_option("--out", s->out, "Program to write")->required();
   add_choice_options(probe, *s);
@@ -391,6 +392,7 @@ Action add_conformal_command(CLI::App& cli, const std::string&) {
   add_vector(probe, "--station", s->probe_station_mm, "Offset of the probe on the spindle X,Y,Z, mm");
 
   CLI::App* print = command->add_subcommand("print", "Write the program that prints on the measured lines");
+  show_example(print, "conformal print part/lines.apt part/points.txt --probe probe.ngc --out print.ngc");
   add_path_options(print, *s, "Tool path that was measured");
   print->add_option("POINTS", s->touches, "What the probe program wrote")->required();
   print
@@ -438,6 +440,7 @@ Action add_conformal_command(CLI::App& cli, const std::string&) {
 
   CLI::App* trial = command->add_subcommand(
       "trial", "Write the tool path and the touches of a simulated part, to try it out");
+  show_example(trial, "conformal trial --out part");
   trial->add_option("--out", s->out, "Folder to write")->required();
   add_choice_options(trial, *s);
   trial->add_option("--seed", s->seed, "Of the part's errors and the probe's noise (1)")
@@ -445,6 +448,7 @@ Action add_conformal_command(CLI::App& cli, const std::string&) {
 
   CLI::App* calibration = command->add_subcommand(
       "calibrate", "Fit deposition model and part to the paper's first group, from the stored numbers");
+  show_example(calibration, "conformal calibrate");
   calibration->add_option("--starts", s->starts, "Search from so many drawn starts instead (0)")
       ->check(whole_number_from(0, 100'000));
 

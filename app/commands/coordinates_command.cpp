@@ -138,6 +138,7 @@ Action add_coordinates_command(CLI::App& cli, const std::string&) {
   const auto s = std::make_shared<CoordinatesSettings>();
   CLI::App* command = cli.add_subcommand(
       "coordinates", "Tell what is understood of a file of bumps (docs/start/own-bumps.md)");
+  show_example(command, "coordinates bumps.csv --picture bumps.svg");
   add_bumps_options(*command, s->bumps);
   command->add_option("--picture", s->picture, "Draw them into this file (.svg)");
   return [s] { return tell_coordinates(*s); };

@@ -419,6 +419,8 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
   hls->require_subcommand(1);
 
   CLI::App* to_verilog = hls->add_subcommand("translate", "The function as SystemVerilog, AIGER or BTOR2");
+  show_example(to_verilog,
+               "hls translate examples/hls/debounce.cpp --option=-I. --module debounce --out debounce.sv");
   add_sources(to_verilog, *o);
   to_verilog->add_option("--out", o->out, "File to write: *.sv or *.v, *.aig (AIGER) or *.btor (BTOR2)")
       ->required();
@@ -427,6 +429,8 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
 
   CLI::App* proof =
       hls->add_subcommand("prove", "Whether RTL is the same circuit, for every state and input");
+  show_example(
+      proof, "hls prove examples/hls/debounce.cpp --option=-I. --rtl examples/hls/debounce.f --top debounce");
   add_sources(proof, *o);
   proof->add_option("--rtl", o->rtl, "List of the RTL's files: a file or +incdir+FOLDER a line")->required();
   proof->add_option("--top", o->top, "Its top module")->required();
@@ -450,6 +454,7 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
 
   CLI::App* still = hls->add_subcommand(
       "still", "Bits of flops that never rise or never fall, whatever the state and the pins");
+  show_example(still, "hls still examples/hls/debounce.cpp --option=-I.");
   add_sources(still, *o);
   still->add_option("--block", o->blocks, "These blocks alone: instance paths such as u_guard");
   still->add_option("--tie", o->tied, "PIN=0 or PIN=1: in clocks with this value of a pin alone");
@@ -463,6 +468,7 @@ Action add_hls_command(CLI::App& cli, const std::string&) {
 
   CLI::App* ways = hls->add_subcommand(
       "compare", "Whether two ways to write the function are one, for every state and input");
+  show_example(ways, "hls compare filter.cpp --option=-I. --other=-DSIMPLE");
   add_sources(ways, *o);
   ways->add_option("--other", o->other_options,
                    "Option of the compiler for the second way alone, such as --other=-DSLOWLY")

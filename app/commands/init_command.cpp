@@ -117,6 +117,7 @@ Action add_init_command(CLI::App& cli, const std::string&) {
   const auto s = std::make_shared<InitSettings>();
   CLI::App* command =
       cli.add_subcommand("init", "Write a commented job for a file of bumps (docs/start/own-bumps.md)");
+  show_example(command, "init bumps.csv --out my_job.toml");
   add_bumps_options(*command, s->bumps);
   command->add_option("--out", s->out, "Job to write (default: NAME.toml here)");
   return [s] { return init_job(*s); };

@@ -16,6 +16,7 @@ Action add_gcode_command(CLI::App& cli, const std::string&) {
   const auto gcode = std::make_shared<GcodeCommand>();
   CLI::App* command =
       cli.add_subcommand("gcode", "Write a job as G-code for a real machine (docs/motion/stage.md)");
+  show_example(command, "gcode examples/first.toml --out first.ngc");
   command->add_option("JOB", gcode->job, "Job file (TOML), as for print")->required();
   command->add_option("--out", gcode->out, "File to write")->required();
   command->add_option("--dialect", gcode->dialect, "Control that reads it (default linuxcnc)")
@@ -28,6 +29,7 @@ Action add_accuracy_command(CLI::App& cli, const std::string&) {
   const auto accuracy = std::make_shared<AccuracyCommand>();
   CLI::App* command =
       cli.add_subcommand("accuracy", "Evaluate a positioning test of an axis after ISO 230-2");
+  show_example(command, "accuracy deviations.csv --compensation x.comp");
   command->add_option("DEVIATIONS", accuracy->deviations, "Measured deviations (.csv)")->required();
   command->add_option("--compensation", accuracy->compensation,
                       "Write the means as a LinuxCNC compensation file");

@@ -218,11 +218,14 @@ Action add_regress_command(CLI::App& cli, const std::string&) {
     verb->add_option("--suites", s->suites, "File of suites (TOML; default: the project's own)");
   };
   CLI::App* list = command->add_subcommand("list", "Suites and tests");
+  show_example(list, "regress list");
   add_suites(list);
   CLI::App* points = command->add_subcommand(
       "points",
       "Points of the specification that a closed suite has to meet, beside flop bits and pairs of faults");
+  show_example(points, "regress points");
   CLI::App* run = command->add_subcommand("run", "Run a suite, or go on with it");
+  show_example(run, "regress run pr -j 2");
   run->add_option("SUITE", s->suite, "Its name")->required();
   add_suites(run);
   run->add_option("--out", s->out, "Folder of all suites' results (default: out/regress)");
@@ -238,21 +241,25 @@ Action add_regress_command(CLI::App& cli, const std::string&) {
       "Runs that failed before: they come first, and what fails is added (default: OUT/failed.txt)");
   run->add_flag("--fresh", s->fresh, "Take no result that lies there already");
   CLI::App* one = command->add_subcommand("one", "Run one test with one seed");
+  show_example(one, "regress one random.17 --amount 100000");
   one->add_option("RUN", s->run, "TEST.SEED, e.g. random.17")->required();
   one->add_option("--amount", s->amount, "Clocks or trials (default 300000)")
       ->check(whole_number_from(1, 1'000'000'000'000));
   one->add_option("--failures", s->failures, "Folder for what a mismatch leaves (default: failures)");
   CLI::App* small = command->add_subcommand("case", "Run a mismatch that was made small");
+  show_example(small, "regress case failures/random.17.json --fst waves.fst");
   small->add_option("FILE", s->folder, "Case (JSON)")->required();
   small->add_option("--fst", s->waves, "Waves of the RTL to write");
   CLI::App* record = command->add_subcommand(
       "record", "Write the pins of a suite's random runs from power-up, for other simulators (.mvec)");
+  show_example(record, "regress record smoke out/smoke");
   record->add_option("SUITE", s->suite, "Name of the suite")->required();
   record->add_option("DIR", s->folder, "Folder of the recordings")->required();
   record->add_option("--seed", s->move_seeds, "Added to each seed of the suite (default 0)")
       ->check(whole_number_from(0, 1'000'000'000'000));
   add_suites(record);
   CLI::App* job = command->add_subcommand("job", "Do one run of a work folder; what run starts");
+  show_example(job, "regress job out/regress/pr 0");
   job->add_option("DIR", s->folder, "Work folder")->required();
   job->add_option("NUMBER", s->number, "Run, from 0")->required()->check(whole_number_from(0, 1'000'000'000));
   return [s, list, points, run, one, small, record] {

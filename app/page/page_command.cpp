@@ -60,6 +60,7 @@ int write_page(const Options& options) {
 Action add_page_command(CLI::App& cli, const std::string&) {
   CLI::App* command = cli.add_subcommand(
       "page", "Write the chip as a page that runs in a browser (docs/start/chip-in-a-page.md)");
+  show_example(command, "page --out chip.html");
   const auto options = std::make_shared<Options>();
   command->add_option("--out", options->out, "The file to write (default chip.html)");
   command->add_option("--scenario", options->scenario, "What happens to the chip and when");

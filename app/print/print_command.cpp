@@ -26,6 +26,7 @@ Action add_print_command_with(CLI::App& cli, const std::string& typed, BoardAlig
   s->print.align = align;
   CLI::App* command =
       cli.add_subcommand("print", "Print a job on the virtual printer: chip, heated head and stage");
+  show_example(command, "print examples/first.toml");
   command->add_option("JOB", s->print.job, "Job file (TOML); reference in docs/print/jobs.md")->required();
   command->add_option("--out", s->print.out, "Folder to write (default: out/NAME of the job file)");
   CLI::Option* rtl_option =

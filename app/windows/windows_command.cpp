@@ -51,13 +51,16 @@ Action add_windows_command(CLI::App& cli, const std::string&) {
       cli.add_subcommand("windows", "Check a recorded run in RTL by time windows (docs/verify/windows.md)");
   command->require_subcommand(1);
   CLI::App* plan = command->add_subcommand("plan", "Cut a recording into windows");
+  show_example(plan, "windows plan out/first/pins.mvec work");
   plan->add_option("PINS", s->pins, "Recording (.mvec) that begins in reset")->required();
   plan->add_option("DIR", s->work, "Work folder to write")->required();
   add_border_options(plan, s->borders);
   CLI::App* run = command->add_subcommand("run", "Check the windows that have no result yet");
+  show_example(run, "windows run work");
   run->add_option("DIR", s->work, "Work folder")->required();
   add_runner_options(run, s->runner, s->slurm);
   CLI::App* verdict = command->add_subcommand("verdict", "Join the results");
+  show_example(verdict, "windows verdict work");
   verdict->add_option("DIR", s->work, "Work folder")->required();
   return [s, plan, run] {
     if (*plan) return plan_windows(s->pins, s->work, s->borders);
@@ -73,6 +76,7 @@ Action add_window_command(CLI::App& cli, const std::string&) {
   };
   const auto s = std::make_shared<Settings>();
   CLI::App* command = cli.add_subcommand("window", "Check one window of a work folder");
+  show_example(command, "window work 0");
   command->add_option("DIR", s->work, "Work folder")->required();
   command->add_option("NUMBER", s->window, "Window, from 0")
       ->required()

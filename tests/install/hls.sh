@@ -4,6 +4,6 @@
 set -euo pipefail
 prefix=$(mktemp -d)
 trap 'rm -rf "$prefix"' EXIT
-cmake --install "$1" --component app --prefix "$prefix" >/dev/null
+for part in meltstage meltstage-hls hls; do cmake --install "$1" --component $part --prefix "$prefix" >/dev/null; done
 example=$prefix/share/meltstage/examples/hls
-"$prefix/bin/meltstage-hls" hls prove "$example/debounce.cpp" --option="-I$prefix/include/meltstage" --rtl "$example/debounce.f" --top debounce
+"$prefix/bin/meltstage" hls prove "$example/debounce.cpp" --option="-I$prefix/include/meltstage" --rtl "$example/debounce.f" --top debounce

@@ -158,6 +158,8 @@ int diagnose_logs(const DiagnosisOptions& options) {
 Action add_tester_command(CLI::App& dft) {
   auto options = std::make_shared<DiagnosisOptions>();
   CLI::App* sub = dft.add_subcommand("tester", "Play patterns on a chip with defects and write its fail log");
+  show_example(sub,
+               "dft tester patterns.stil --netlist netlist.json --defect \"up_i stuck-at-0\" --out chip.log");
   program_options_of(sub, *options);
   sub->add_option("--defect", options->defects,
                   "\"CELL/PIN stuck-at-0\" (stuck-at-1, slow-to-rise, slow-to-fall), or a bridge: \"CELL/PIN "
@@ -173,6 +175,7 @@ Action add_tester_command(CLI::App& dft) {
 Action add_diagnose_command(CLI::App& dft) {
   auto options = std::make_shared<DiagnosisOptions>();
   CLI::App* sub = dft.add_subcommand("diagnose", "Find the lines that explain a tester's fail logs");
+  show_example(sub, "dft diagnose patterns.stil chip.log --netlist netlist.json");
   program_options_of(sub, *options);
   sub->add_option("LOGS", options->logs, "Fail logs, one a chip")->required();
   sub->add_option("--suspects", options->shown, "Lines shown of each defect (default 5)")

@@ -55,6 +55,7 @@ Action add_functional_command(CLI::App& dft) {
   auto input = std::make_shared<FunctionalInput>();
   CLI::App* sub =
       dft.add_subcommand("functional", "Record the chip's functional set (.mvec), labelled by requirement");
+  show_example(sub, "dft functional --out functional");
   sub->add_option("--out", input->out, "Folder to write")->required();
   sub->add_option("--netlist", input->sources.netlist,
                   "Netlist that the set is meant for: its hash goes into the manifest");

@@ -119,6 +119,7 @@ Action add_generate_command(CLI::App& dft) {
   auto input = std::make_shared<GenerateInput>();
   CLI::App* sub =
       dft.add_subcommand("generate", "Insert scan, generate tests, write them and a verdict on every fault");
+  show_example(sub, "dft generate netlist.json --liberty cells.lib --out patterns");
   netlist_options_of(*sub, *input, kCellsOrBench);
   generation_options_of(*sub, input->generation);
   sub->add_option("--rtl", input->rtl, "Sources of the netlist: their hashes go into the manifest");

@@ -165,6 +165,7 @@ int grade_patterns(const GradeInput& input) {
 Action add_grade_command(CLI::App& dft) {
   auto input = std::make_shared<GradeInput>();
   CLI::App* sub = dft.add_subcommand("grade", "Which faults patterns detect");
+  show_example(sub, "dft grade scanned.json --liberty cells.lib --patterns patterns.stil");
   netlist_options_of(*sub, *input, kCellsOrBench);
   sub->add_option("--patterns", input->patterns.patterns, kPatternKinds)->required();
   sub->add_option("--faults", input->faults,

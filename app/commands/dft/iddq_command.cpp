@@ -50,6 +50,7 @@ int iddq(const IddqInput& input) {
 Action add_iddq_command(CLI::App& dft) {
   auto input = std::make_shared<IddqInput>();
   CLI::App* sub = dft.add_subcommand("iddq", "Pseudo-stuck-at coverage of supply current stops");
+  show_example(sub, "dft iddq netlist.json --liberty cells.lib");
   netlist_options_of(*sub, *input, kCells);
   generation_options_of(*sub, input->generation);
   sub->add_option("--stops", input->stops, "At the most (default 20)")->check(whole_number_from(1, 10000));

@@ -42,6 +42,7 @@ int lint_patterns(const LintInput& input) {
 Action add_lint_command(CLI::App& dft) {
   auto input = std::make_shared<LintInput>();
   CLI::App* sub = dft.add_subcommand("lint", "Read a STIL or WGL file and check it against a tester");
+  show_example(sub, "dft lint patterns.stil --tester tester.toml");
   sub->add_option("PATTERNS", input->patterns.patterns, "STIL file")->required();
   sub->add_option("--tester", input->tester, "Tester profile (TOML)");
   return [=] { return lint_patterns(*input); };

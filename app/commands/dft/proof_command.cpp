@@ -107,6 +107,7 @@ int check_proof(const CheckProofInput& input) {
 Action add_prove_command(CLI::App& dft) {
   auto input = std::make_shared<ProveInput>();
   CLI::App* sub = dft.add_subcommand("prove", "A checked refutation for every fault called redundant");
+  show_example(sub, "dft prove netlist.json --liberty cells.lib --out proofs");
   netlist_options_of(*sub, *input, kCellsOrBench);
   generation_options_of(*sub, input->generation);
   sub->add_option("--out", input->out, "Folder for .cnf and .drat")->required();
@@ -116,6 +117,7 @@ Action add_prove_command(CLI::App& dft) {
 Action add_check_proof_command(CLI::App& dft) {
   auto input = std::make_shared<CheckProofInput>();
   CLI::App* sub = dft.add_subcommand("check-proof", "Check one refutation");
+  show_example(sub, "dft check-proof fault.cnf fault.drat");
   sub->add_option("CNF", input->cnf, "DIMACS file")->required();
   sub->add_option("PROOF", input->proof, "DRAT file in text")->required();
   return [=] { return check_proof(*input); };

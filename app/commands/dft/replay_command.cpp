@@ -159,6 +159,7 @@ Action add_replay_command(CLI::App& dft) {
   auto input = std::make_shared<ReplayInput>();
   CLI::App* sub =
       dft.add_subcommand("replay", "Run a STIL file on the scanned netlist, or a recording on the chip");
+  show_example(sub, "dft replay patterns.stil --netlist scanned.json --liberty cells.lib");
   sub->add_option("PATTERNS", input->patterns.patterns, kPatternKinds)->required();
   sub->add_option("--netlist", input->netlist,
                   "Yosys JSON: of the scanned netlist for STIL, any for recordings");

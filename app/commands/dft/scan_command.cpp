@@ -69,6 +69,7 @@ int check_scan_rules(const NetlistInput& input) {
 Action add_scan_command(CLI::App& dft) {
   auto input = std::make_shared<InsertInput>();
   CLI::App* sub = dft.add_subcommand("scan", "Insert scan alone: netlist and order of the chains");
+  show_example(sub, "dft scan netlist.json --liberty cells.lib --out scanned");
   netlist_options_of(*sub, *input, kCells);
   chain_options_of(*sub, input->scan);
   sub->add_option("--out", input->out, "Folder to write")->required();
@@ -78,6 +79,7 @@ Action add_scan_command(CLI::App& dft) {
 Action add_rules_command(CLI::App& dft) {
   auto input = std::make_shared<NetlistInput>();
   CLI::App* sub = dft.add_subcommand("rules", "Breaches of the rules that scan asks for");
+  show_example(sub, "dft rules netlist.json --liberty cells.lib");
   netlist_options_of(*sub, *input, kCells);
   return [=] { return check_scan_rules(*input); };
 }
