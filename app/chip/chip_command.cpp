@@ -9,6 +9,7 @@
 #include <array>
 #include <charconv>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -20,6 +21,7 @@
 #include "app/chip/chip_tune.hpp"
 #include "app/chip/chip_watch.hpp"
 #include "app/chip/saved_registers.hpp"
+#include "app/json_output.hpp"
 #include "app/number_range.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
@@ -38,6 +40,7 @@ struct Asked {
   std::vector<std::string> names;
   std::vector<std::string> settings;
   std::string file;
+  bool json = false;
   WatchOptions watch;
   double watch_for_s = 0.0;
 };
@@ -89,7 +92,23 @@ host::Setting parse_setting(const std::string& text) {
   return {&reg, *value};
 }
 
-int read_registers(host::Controller& controller, const std::vector<std::string>& names) {
+// A register without a value, such as PV before the first sample, is null.
+void print_registers_json(const std::vector<const host::Register*>& registers,
+                          const std::vector<std::uint16_t>& words) {
+  auto list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < registers.size(); ++i) {
+    const host::Register& r = *registers[i];
+    const bool has_value = !host::is_no_value(r, words[i]);
+    list.push_back({{"name", r.name},
+                    {"value", has_value ? nlohmann::ordered_json(host::to_unit(r, words[i])) : nullptr},
+                    {"unit", r.unit},
+                    {"word", words[i]},
+                    {"meaning", host::meaning(r, words[i])}});
+  }
+  print_json(list);
+}
+
+int read_registers(host::Controller& controller, const std::vector<std::string>& names, bool json) {
   std::vector<const host::Register*> wanted;
   for (const std::string& name : names) wanted.push_back(&host::find_register(name));
   if (names.empty()) {
@@ -98,6 +117,10 @@ int read_registers(host::Controller& controller, const std::vector<std::string>&
     }
   }
   const std::vector<std::uint16_t> words = controller.read(wanted);
+  if (json) {
+    print_registers_json(wanted, words);
+    return 0;
+  }
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const host::Register& r = *wanted[i];
     std::string line = fmt::format("{:<19} {:>12} {:<7} {}", r.name, host::value_text(r, words[i]), r.unit,
@@ -194,6 +217,7 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
   CLI::App* read = chip->add_subcommand("read", "Print registers in their units");
   show_example(read, "chip read PV DUTY --port /tmp/chip");
   read->add_option("NAMES", asked->names, "Registers (default: all); docs/chip/registers.md");
+  read->add_flag("--json", asked->json, kJsonHelp);
   CLI::App* set = chip->add_subcommand("set", "Write registers in their units, all or none");
   show_example(set, "chip set SETPOINT=110 --port /tmp/chip");
   set->add_option("SETTINGS", asked->settings, "NAME=VALUE ...")->required();
@@ -233,7 +257,7 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
     if (*restore) settings = read_saved_registers(asked->file);
     asked->connection.format = host::parse_format(asked->format);
     host::Controller controller(asked->connection);
-    if (*read) return read_registers(controller, asked->names);
+    if (*read) return read_registers(controller, asked->names, asked->json);
     if (*save) return save_registers(controller, asked->file);
     if (*restore) return restore_registers(controller, settings);
     if (*set) {

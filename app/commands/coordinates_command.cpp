@@ -11,10 +11,13 @@
 #include <iterator>
 #include <limits>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "app/commands/bumps_file.hpp"
+#include "app/json_output.hpp"
 #include "app/verbs.hpp"
 #include "base/count.hpp"
 #include "base/file.hpp"
@@ -29,6 +32,7 @@ namespace fs = std::filesystem;
 struct CoordinatesSettings {
   BumpsFile bumps;
   fs::path picture;
+  bool json = false;
 };
 
 struct Pair {
@@ -103,32 +107,75 @@ std::string unit_of(const CoordinatesSettings& settings, const ReadBumps& bumps)
                                      : settings.bumps.unit + ", as given";
 }
 
-int tell_coordinates(const CoordinatesSettings& settings) {
-  if (!settings.picture.empty()) require_other_file(settings.picture, {settings.bumps.path});
-  const ReadBumps bumps = read_bumps(settings.bumps);
+// What both the text and the JSON tell.
+struct Understood {
+  const ReadBumps& bumps;
+  std::string file, unit;
+  Extent x, y;
+  std::optional<Pair> nearest;  // of two points at least
+};
+
+Understood understood_of(const CoordinatesSettings& settings, const ReadBumps& bumps) {
   const std::vector<motion::Point>& points = bumps.file.points;
-  const Extent x = extent_of(points, &motion::Point::x_mm), y = extent_of(points, &motion::Point::y_mm);
-  fmt::print("{}: {} over {:.6g} mm x {:.6g} mm\n", escaped(settings.bumps.path.string()),
-             counted(points.size(), "bump"), x.size(), y.size());
-  fmt::print("unit     {}\n", unit_of(settings, bumps));
-  fmt::print("x        {:.6f} .. {:.6f} mm\n", x.low, x.high);
-  fmt::print("y        {:.6f} .. {:.6f} mm\n", y.low, y.high);
+  return {bumps,
+          settings.bumps.path.string(),
+          unit_of(settings, bumps),
+          extent_of(points, &motion::Point::x_mm),
+          extent_of(points, &motion::Point::y_mm),
+          points.size() > 1 ? std::optional(nearest_pair(points)) : std::nullopt};
+}
+
+void tell(const Understood& u) {
+  const std::vector<motion::Point>& points = u.bumps.file.points;
+  fmt::print("{}: {} over {:.6g} mm x {:.6g} mm\n", escaped(u.file), counted(points.size(), "bump"),
+             u.x.size(), u.y.size());
+  fmt::print("unit     {}\n", u.unit);
+  fmt::print("x        {:.6f} .. {:.6f} mm\n", u.x.low, u.x.high);
+  fmt::print("y        {:.6f} .. {:.6f} mm\n", u.y.low, u.y.high);
   fmt::print("first    row {}: ({:.6f}, {:.6f}) mm\n", points.front().row, points.front().x_mm,
              points.front().y_mm);
   fmt::print("last     row {}: ({:.6f}, {:.6f}) mm\n", points.back().row, points.back().x_mm,
              points.back().y_mm);
-  if (points.size() > 1) {
-    const Pair pair = nearest_pair(points);
-    fmt::print("nearest  {:.6f} mm apart: rows {} and {}\n", pair.distance_mm, pair.row, pair.other_row);
-  }
-  fmt::print("side     {}\n", bumps.file.bottom ? "bottom" : "top, or not told");
-  for (const motion::BumpGroup& group : bumps.file.groups)
+  if (u.nearest)
+    fmt::print("nearest  {:.6f} mm apart: rows {} and {}\n", u.nearest->distance_mm, u.nearest->row,
+               u.nearest->other_row);
+  fmt::print("side     {}\n", u.bumps.file.bottom ? "bottom" : "top, or not told");
+  for (const motion::BumpGroup& group : u.bumps.file.groups)
     fmt::print("{:8} {}\n", escaped(group.name), counted(group.bumps, "bump"));
-  for (const std::string& note : bumps.file.notes) fmt::print("note: {}\n", note);
-  if (!settings.picture.empty()) {
-    write_whole(settings.picture, picture_of(points, x, y));
+  for (const std::string& note : u.bumps.file.notes) fmt::print("note: {}\n", note);
+}
+
+void tell_json(const Understood& u) {
+  using Json = nlohmann::ordered_json;
+  Json bumps = Json::array(), groups = Json::array();
+  for (const motion::Point& point : u.bumps.file.points)
+    bumps.push_back({{"row", point.row}, {"x_mm", point.x_mm}, {"y_mm", point.y_mm}});
+  for (const motion::BumpGroup& group : u.bumps.file.groups)
+    groups.push_back({{"name", group.name}, {"bumps", group.bumps}});
+  Json told = {{"file", u.file},
+               {"unit", u.unit},
+               {"side", u.bumps.file.bottom ? "bottom" : "top or not told"},
+               {"x_mm", {u.x.low, u.x.high}},
+               {"y_mm", {u.y.low, u.y.high}},
+               {"nearest", nullptr},
+               {"groups", groups},
+               {"notes", u.bumps.file.notes},
+               {"bumps", bumps}};
+  if (u.nearest)
+    told["nearest"] = {{"distance_mm", u.nearest->distance_mm},
+                       {"rows", {u.nearest->row, u.nearest->other_row}}};
+  print_json(told);
+}
+
+int tell_coordinates(const CoordinatesSettings& settings) {
+  if (!settings.picture.empty()) require_other_file(settings.picture, {settings.bumps.path});
+  const ReadBumps bumps = read_bumps(settings.bumps);
+  const Understood understood = understood_of(settings, bumps);
+  settings.json ? tell_json(understood) : tell(understood);
+  if (settings.picture.empty()) return 0;
+  write_whole(settings.picture, picture_of(bumps.file.points, understood.x, understood.y));
+  if (!settings.json)
     fmt::print("{}: a picture of them; the first one is ringed\n", escaped(settings.picture.string()));
-  }
   return 0;
 }
 
@@ -141,6 +188,7 @@ Action add_coordinates_command(CLI::App& cli, const std::string&) {
   show_example(command, "coordinates bumps.csv --picture bumps.svg");
   add_bumps_options(*command, s->bumps);
   command->add_option("--picture", s->picture, "Draw them into this file (.svg)");
+  command->add_flag("--json", s->json, kJsonHelp);
   return [s] { return tell_coordinates(*s); };
 }
 

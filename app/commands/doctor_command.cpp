@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/json_output.hpp"
 #include "app/verbs.hpp"
 
 namespace meltstage::app {
@@ -158,7 +159,7 @@ void tell_json(const std::vector<Finding>& findings) {
                     {"found", found},
                     {"used_by", used_by},
                     {"advice", advice}});
-  fmt::print("{}\n", list.dump(1));
+  print_json(list);
 }
 
 }  // namespace
@@ -168,7 +169,7 @@ Action add_doctor_command(CLI::App& cli, const std::string&) {
   CLI::App* command =
       cli.add_subcommand("doctor", "What the verbs need on this machine, and what is missing");
   show_example(command, "doctor");
-  command->add_flag("--json", *json, "Print JSON");
+  command->add_flag("--json", *json, kJsonHelp);
   return [json] {
     const std::vector<Finding> findings = look_at_all();
     *json ? tell_json(findings) : tell(findings);

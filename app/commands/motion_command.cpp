@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "app/commands/motion_files.hpp"
+#include "app/json_output.hpp"
 #include "app/verbs.hpp"
 
 namespace meltstage::app {
@@ -33,6 +34,7 @@ Action add_accuracy_command(CLI::App& cli, const std::string&) {
   command->add_option("DEVIATIONS", accuracy->deviations, "Measured deviations (.csv)")->required();
   command->add_option("--compensation", accuracy->compensation,
                       "Write the means as a LinuxCNC compensation file");
+  command->add_flag("--json", accuracy->json, kJsonHelp);
   return [accuracy] { return show_accuracy(*accuracy); };
 }
 

@@ -3,10 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "app/json_output.hpp"
 #include "app/print/job_plan.hpp"
 #include "base/count.hpp"
 #include "base/error.hpp"
@@ -49,6 +51,38 @@ std::string gap_told(const motion::Plan& plan) {
   if (above_percent == 0.0) return "the cheapest";
   return above_percent > 0.0 ? fmt::format("at most {:.2g} % above the cheapest", above_percent)
                              : "of which no bound is known";
+}
+
+}  // namespace
+
+namespace {
+
+void print_accuracy_json(const motion::AxisAccuracy& axis, const motion::ResidualBacklash& backlash) {
+  using Json = nlohmann::ordered_json;
+  Json positions = Json::array();
+  for (const motion::PositionAccuracy& at : axis.positions)
+    positions.push_back({{"target_mm", at.target_mm},
+                         {"mean_forward_um", at.mean_forward_um},
+                         {"mean_reverse_um", at.mean_reverse_um},
+                         {"reversal_um", at.reversal_um},
+                         {"deviation_forward_um", at.deviation_forward_um},
+                         {"deviation_reverse_um", at.deviation_reverse_um},
+                         {"repeatability_um", at.repeatability_um}});
+  const auto by_direction = [](double forward, double reverse, double both) {
+    return Json{{"forward", forward}, {"reverse", reverse}, {"both", both}};
+  };
+  print_json(
+      {{"positions", positions},
+       {"accuracy_um", by_direction(axis.accuracy_forward_um, axis.accuracy_reverse_um, axis.accuracy_um)},
+       {"repeatability_um",
+        by_direction(axis.repeatability_forward_um, axis.repeatability_reverse_um, axis.repeatability_um)},
+       {"systematic_um",
+        by_direction(axis.systematic_forward_um, axis.systematic_reverse_um, axis.systematic_um)},
+       {"mean_systematic_um", axis.mean_systematic_um},
+       {"reversal_um", axis.reversal_um},
+       {"mean_reversal_um", axis.mean_reversal_um},
+       {"backlash_um", backlash.backlash_um},
+       {"backlash_standard_error_um", backlash.standard_error_um}});
 }
 
 }  // namespace
@@ -101,6 +135,10 @@ int show_accuracy(const AccuracyCommand& command) {
     const motion::ResidualBacklash backlash = motion::residual_backlash(targets);
     if (!command.compensation.empty())
       write_whole(command.compensation, motion::write_linuxcnc_compensation(motion::make_compensation(axis)));
+    if (command.json) {
+      print_accuracy_json(axis, backlash);
+      return 0;
+    }
     fmt::print("{:>12} {:>10} {:>10} {:>10} {:>8} {:>8} {:>10}\n", "target mm", "mean + um", "mean - um",
                "B um", "s + um", "s - um", "R um");
     for (const motion::PositionAccuracy& at : axis.positions)

@@ -20,6 +20,7 @@ int write_gcode_file(const GcodeCommand& command);
 struct AccuracyCommand {
   std::filesystem::path deviations;
   std::filesystem::path compensation;  // LinuxCNC's file, written if named
+  bool json = false;
 };
 
 // Evaluates a positioning test after ISO 230-2 and prints it. Throws UserError.
