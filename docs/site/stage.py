@@ -19,6 +19,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(HERE.parent / "datasheet"), str(HERE.parents[1] / "spec")]
 
+import furo
+
 import diagrams
 import generate
 
@@ -28,6 +30,9 @@ FENCE = re.compile(r"\s*```")
 LANGUAGES = {".cpp": "cpp", ".hpp": "cpp", ".sv": "systemverilog", ".svh": "systemverilog", ".toml": "toml", ".py": "python", ".sh": "sh", ".cmake": "cmake",
              ".json": "json", ".v": "verilog"}
 MOST_BYTES = 200_000  # of a file that the site shows
+
+
+SHEET = '\n<p>Here: <a href="../meltstage.pdf">data sheet as PDF</a>, <a href="../meltstage.html">as a page</a>.</p>\n'
 
 
 class Stage:
@@ -91,6 +96,8 @@ class Stage:
             text = self.page(source)
             if source == self.docs / "index.md":
                 text += "\n".join(self.trees())
+            if source == self.docs / "chip/data-sheet.md":  # which lies beside the pages in a site
+                text += SHEET
             write_text(self.place(source), text)
         for source in sorted(self.docs.rglob("*")):
             if source.suffix in (".svg", ".png", ".csv", ".json"):
@@ -99,8 +106,18 @@ class Stage:
         for source in sorted(self.shown):
             write_text(self.place(source), self.shown_file(source) if source.is_file() else self.shown_folder(source))
         shutil.copyfile(HERE / "conf.py", self.out / "conf.py")
-        (self.out / "_static").mkdir(exist_ok=True)
-        shutil.copyfile(HERE / "site.css", self.out / "_static" / "site.css")
+        self.style()
+
+    def style(self) -> None:
+        """Files of the theme that Debian has for a web server alone are taken from here: what stands in _static goes before the theme's."""
+        static = self.out / "_static"
+        write_text(static / "site.css", (HERE / "site.css").read_text(encoding="utf-8"))
+        write_text(static / "scripts/furo.js", (HERE / "site.js").read_text(encoding="utf-8"))
+        css = (pathlib.Path(furo.__file__).parent / "theme/furo/static/styles/furo.css").read_text(encoding="utf-8")
+        other = re.match(r"@import url\((/javascript/[\w./]+)\);", css)
+        if other:
+            css = pathlib.Path("/usr/share" + other[1]).read_text(encoding="utf-8") + css[other.end():]
+        write_text(static / "styles/furo.css", css)
 
     def trees(self) -> list[str]:
         """The navigation, for Sphinx."""
