@@ -44,6 +44,7 @@ class Sheet:
 
     def __init__(self, spec: dict, runs: pathlib.Path) -> None:
         self.spec = spec
+        self.notes = tomllib.loads((HERE / "notes.toml").read_text(encoding="utf-8"))
         self.registers = {reg["name"]: reg for reg in spec["input"] + spec["holding"]}
         self.timing = figures.Timing(Waves(runs / "timing.vcd", spec["chip"]["clk_hz"]), spec, self.registers)
         self.curves = figures.Curves(runs, spec["fault"])
@@ -66,9 +67,12 @@ class Sheet:
     def parts(self, reg: dict) -> dict:
         """A register with its bits, highest first."""
         rows = [{"bits": str(i), "name": name, "doc": "", "reset": ""} for i, name in enumerate(reg.get("bits", []))]
+        notes = self.notes["fields"].get(reg["name"], {})
+        if unknown := set(notes) - {field["name"] for field in reg["fields"]}:
+            raise ValueError(f"docs/datasheet/notes.toml: found {reg['name']}.{unknown.pop()}, expected a field of spec/registers.toml")
         for field in reg["fields"]:
             low, high = field["bit"], field["bit"] + field["width"] - 1
-            rows.append({"bits": str(low) if low == high else f"{high}..{low}", "name": field["name"], "doc": capital(field.get("doc", "")),
+            rows.append({"bits": str(low) if low == high else f"{high}..{low}", "name": field["name"], "doc": capital(notes.get(field["name"], field.get("doc", ""))),
                          "reset": reg["reset_word"] >> low & (1 << field["width"]) - 1 if "reset" in reg else ""})
         rows.sort(key=lambda row: -int(row["bits"].split("..")[-1]))
         return reg | {"parts": rows, "documented": any(row["doc"] for row in rows)}
@@ -96,7 +100,7 @@ class Sheet:
         return tasks
 
     def context(self) -> dict:
-        spec, notes = self.spec, tomllib.loads((HERE / "notes.toml").read_text(encoding="utf-8"))
+        spec, notes = self.spec, self.notes
         counts = {"max_read": spec["modbus"]["max_read"], "write_words": spec["chip"]["write_words"]}
         frames = {name: [text.format(**counts) for text in texts] for name, texts in notes["frames"].items()}
         clock_hz = spec["chip"]["clk_hz"]

@@ -15,7 +15,7 @@ import stage
 from browser import Browser
 
 BUILD = pathlib.Path(sys.argv[1])
-SITE = BUILD / "site"
+SITE = (BUILD / "site").resolve()
 LOADED = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src"}  # what a browser fetches by itself
 
 
@@ -103,7 +103,7 @@ def broken_links() -> None:
             out = pathlib.Path(name) / "stage"
             done = subprocess.run(["/usr/bin/python3", "-B", ROOT / "docs/site/stage.py", "--root", root, "--out", out], capture_output=True, text=True)
             if done.returncode == 0:
-                done = subprocess.run(["sphinx-build", "-q", "-W", "--keep-going", "-b", "html", out, pathlib.Path(name) / "site"], capture_output=True, text=True)
+                done = subprocess.run(["sphinx-build", "-q", "-E", "-W", "--keep-going", "-b", "html", out, pathlib.Path(name) / "site"], capture_output=True, text=True)
             return done.returncode, done.stderr
 
         assert built("# Page\n\n## A heading\n\n[back](../README.md), [folder](../docs)\n") == (0, "")
