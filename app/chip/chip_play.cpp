@@ -70,7 +70,7 @@ void write_waves(const tb::ScriptedRun& run, const std::filesystem::path& path) 
     recorder.set(tb::kPinHeater, level(tb::kPinHeater) & ~level(tb::kPinInhibit));  // without a clock
     recorder.commit(change.cycle);
   }
-  recorder.finish(run.cycle());
+  recorder.finish(run.cycle() - 1);  // the last one that was run
 }
 
 }  // namespace
