@@ -171,7 +171,7 @@ def lengths() -> None:
     start = first("uart_tx_o", 0, driver)
     assert said["t_de_on"] == start - driver and abs(start - driver - 3 * 12e6 / 115200) <= 1  # three bits
     request = first("uart_rx_i", 0, 1.2 * second)
-    assert abs(said["t_turn"] - (start - request - 8 * 11 * 12e6 / 115200)) <= 1
+    assert abs(said["t_turn"] - (start - request - 8 * 11 * 12e6 / 115200)) <= 0.5
     assert said["t_turn"] >= 3.5 * 11 * 12e6 / 115200  # what Modbus asks for
     drawn = " ".join(re.findall(r"<text[^>]*>(t_\w+ \d+)", SHEET.read_text(encoding="utf-8")))
     for symbol in ("t_read", "t_lead", "t_high", "t_sclk", "t_turn", "t_de_on", "t_pwm", "t_on", "t_enable", "t_stop", "t_latch", "t_off"):
