@@ -157,7 +157,9 @@ class Curves:
     def numbers(self) -> dict[str, str]:
         before = [row for row in self.rise if row["time_s"] < LOAD_BEGIN]
         outside = [row["time_s"] for row in before if abs(row["block_degc"] - SET_POINT) > BAND]
-        fault = next(row for row in self.slips if row["faults"])
+        fault = next((row for row in self.slips if row["faults"]), None)
+        if fault is None or not outside:
+            raise ValueError("runs/slips.csv, runs/rise.csv: found no fault or no heat-up, expected them: another scenario?")
         return {
             "settled": f"{outside[-1]:.0f}", "highest": f"{max(row['block_degc'] for row in before):.2f}",
             "hold_duty": f"{mean(before[-600:], 'duty_percent'):.1f}",

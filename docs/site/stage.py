@@ -168,9 +168,6 @@ def navigation(index: pathlib.Path) -> dict[str, list[pathlib.Path]]:
 
 
 def write_text(path: pathlib.Path, text: str) -> None:
-    """Leaves a file alone that says so already, so that Sphinx reads only what has changed."""
-    if path.is_file() and path.read_text(encoding="utf-8") == text:
-        return
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
 

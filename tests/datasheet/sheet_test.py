@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "spec"))
@@ -201,6 +202,40 @@ def moved_edge() -> None:
         assert f">t_off {after['t_off']} clocks<" in (folder / "sheet.html").read_text(encoding="utf-8")
 
 
+# What the sheet says in words of its own, and the page or file that says so.
+TOLD = (
+    ("two clocks (0.17 µs) from the cause to heater off", "docs/chip/protection.md", "two clocks (0.17 us) after it is there"),
+    ("The result is there 19 clocks after it was started", "docs/chip/blocks/algor.md", "every start is answered in 19 clocks"),
+    ("at most 50 clocks, and 121 more behind a Discard", "docs/chip/blocks/sysctrl.md", "at most 50 clocks: 16 values are judged, then written. It takes 121 more"),
+    ("2.3 characters; with FORMAT bit 2 (PAUSE) 1.75 ms", "docs/host/bus.md", "A host may pause for 2.3 characters inside a frame"),
+    ("1.75 ms at any speed", "docs/host/bus.md", "bit 2 (PAUSE) set: up to 1.75 ms"),
+    ("4 to 256 bytes", "docs/chip/blocks/uartc.md", "it has 4 to 256 bytes"),
+    ("-3.5 0 3.5 % Held by test", "docs/chip/blocks/uartc.md", "the tests hold 3.5 % in both directions"),
+    ("first start bit comes after the full 3.5 characters", "docs/chip/blocks/uartc.md", "its first start bit comes after the full 3.5 characters"),
+    ("function, length, address, value, lock, busy, state", "docs/chip/blocks/paramc.md", "| state | Run not allowed"),
+    ("samples spi_miso_i h - 3 clocks behind each rising edge", "docs/chip/blocks/sensc.md", "that is the pin h - 3 clocks after that edge"),
+    ("at the second rising edge after", "rtl/tc_rst_sync.sv", "rises at the second clock edge after rst_ni has risen"),
+    ("High and low", "spec/chip.toml", "A pulse lasts two clocks or more"),
+    ("holds Q2 for about 1 ms", "docs/chip/protection.md", "(1 ms in the virtual printer)"),
+    ("polynomial 0xA001 reflected, start 0xFFFF", "spec/generate.py", "crc = 0xFFFF"),
+)
+
+
+def told() -> None:
+    """What is typed in a template stands in a page or file beside it, which has its own test; so do the numbers of each limitation."""
+    sheet = plain(re.sub(r"<style>.*?</style>", "", SHEET.read_text(encoding="utf-8"), flags=re.DOTALL))
+    for text, file, source in TOLD:
+        assert text in sheet, f"found no '{text}' in the sheet"
+        said = " ".join(line.lstrip("/# ") for line in (ROOT / file).read_text(encoding="utf-8").splitlines())
+        assert source in " ".join(said.split()), f"{file}: found no '{source}', expected it, as the sheet says '{text}'"
+    registers = (ROOT / "docs/chip/registers.md").read_text(encoding="utf-8")
+    notes = tomllib.loads((ROOT / "docs/datasheet/notes.toml").read_text(encoding="utf-8"))
+    for limitation in notes["limitation"]:
+        page = (ROOT / "docs" / limitation["page"]).read_text(encoding="utf-8") + registers
+        for number in re.findall(r"\d+(?:\.\d+)?", limitation["what"]):
+            assert number in page, f"docs/{limitation['page']}: found no {number}, expected it: {limitation['what']}"
+
+
 def output(*command: object) -> str:
     return subprocess.run([str(part) for part in command], capture_output=True, text=True, check=True).stdout
 
@@ -236,4 +271,4 @@ def links() -> None:
 
 
 if __name__ == "__main__":
-    {test.__name__: test for test in (everything, figures, changed_reset, no_task, lengths, moved_edge, pages, links)}[sys.argv[2]]()
+    {test.__name__: test for test in (everything, figures, changed_reset, no_task, lengths, moved_edge, told, pages, links)}[sys.argv[2]]()
