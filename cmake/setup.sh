@@ -47,6 +47,8 @@ configure() {
   if [ "$folder/build.ninja" -nt "$root/CMakePresets.json" ] && grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$cache"; then
     for part in "${parts[@]}"; do
       if [[ $part == *=ON ]] && ! grep -q "^MELTSTAGE_${part%=ON}:BOOL=ON" "$cache"; then options+=("-DMELTSTAGE_$part"); fi
+      # a part that is younger than the folder
+      if [[ $part == *=OFF ]] && ! grep -q "^MELTSTAGE_${part%=OFF}:BOOL=" "$cache"; then options+=("-DMELTSTAGE_$part"); fi
     done
     [ ${#options[@]} -gt 0 ] || return 0
     echo "Configuring build/$1 for more"

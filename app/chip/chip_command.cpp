@@ -212,6 +212,7 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
   play_command->add_option("--for", play->for_s, "Seconds of the chip (default 300)")
       ->check(number_from(0.1, kLongestPlay_s));
   play_command->add_option("--out", play->out, "Trace as CSV, a row each 0.1 s (default: standard output)");
+  play_command->add_option("--vcd", play->vcd, "Write the pins as waves: their last two million changes");
 
   const auto asked = std::make_shared<Asked>();
   CLI::App* read = chip->add_subcommand("read", "Print registers in their units");

@@ -13,6 +13,8 @@
 #include "base/output_file.hpp"
 #include "base/place.hpp"
 #include "base/terminal.hpp"
+#include "recording/vcd.hpp"
+#include "tb/pins/chip_pins.hpp"
 #include "tb/scenario/scripted_run.hpp"
 
 namespace meltstage::app {
@@ -56,10 +58,25 @@ void tell_rest(const tb::ScriptedRun& run, const PlayOptions& options, const std
                options.for_s);
 }
 
+void write_waves(const tb::ScriptedRun& run, const std::filesystem::path& path) {
+  const std::vector<tb::PinBits> pins = tb::chip_pin_bits();  // in the order of the recording's
+  recording::VcdWriter vcd(path, recording::BusForm::bits);
+  recording::Recorder recorder(vcd, tb::chip_pin_header("meltstage chip play"));
+  for (const tb::PinChange& change : run.pins(0, run.cycle())) {
+    const auto level = [&](std::uint32_t pin) {
+      return change.pins >> pins[pin].first & ((std::uint64_t{1} << pins[pin].width) - 1);
+    };
+    for (std::uint32_t pin = 0; pin < tb::kChipPinCount; ++pin) recorder.set(pin, level(pin));
+    recorder.set(tb::kPinHeater, level(tb::kPinHeater) & ~level(tb::kPinInhibit));  // without a clock
+    recorder.commit(change.cycle);
+  }
+  recorder.finish(run.cycle() - 1);  // the last one that was run
+}
+
 }  // namespace
 
 int play_scenario(const PlayOptions& options) {
-  if (!options.out.empty()) require_other_file(options.out, {options.scenario});
+  require_other_files({options.out, options.vcd}, {options.scenario});
   tb::ScriptedRun run(read_scenario(options.scenario));
   const auto end = static_cast<std::uint64_t>(std::llround(options.for_s * spec::kClkHz));
   ProgressLine line;
@@ -72,6 +89,7 @@ int play_scenario(const PlayOptions& options) {
   const std::string file = shown(options.scenario.string());
   const std::uint64_t failed = tell_failures(run, file);
   tell_rest(run, options, file);
+  if (!options.vcd.empty()) write_waves(run, options.vcd);
   const std::string trace = trace_text(run);
   if (options.out.empty())
     fmt::print("{}", trace);

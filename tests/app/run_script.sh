@@ -17,3 +17,8 @@ for verb in print bench "bench vectors" "bench proof" hls; do
     { echo "FAILED: ./run $verb: found '$answer' and status $status, expected the command's own answer and 3" >&2; exit 1; }
   grep -q 'chatter of build' "$folder/told" || { echo "FAILED: ./run $verb: nothing was built" >&2; exit 1; }
 done
+for verb in datasheet site; do
+  answer=$("$folder/run" $verb 2> "$folder/told")
+  [[ $answer == "$folder"/build/release/$verb/*.* ]] || { echo "FAILED: ./run $verb: found '$answer', expected the place of what was built" >&2; exit 1; }
+  grep -q 'chatter of build' "$folder/told" || { echo "FAILED: ./run $verb: nothing was built" >&2; exit 1; }
+done

@@ -48,6 +48,10 @@ TOOL_COMMAND = re.compile(r"\s*(?:\$ )?" + TOOL)
 COMMAND = re.compile(rf"\s*(?:{TOOL}|[\w.-]+/[\w./-]+(?: |$))")
 
 
+# Verbs of ./run that build something and say where it is; the command knows nothing of them.
+RUN_BUILDS = re.findall(r"^  ([a-z]+)\)$", (ROOT / "run").read_text(encoding="utf-8"), re.M)
+
+
 class Fault(Exception):
     """What is wrong with a block; the caller adds the place."""
 
@@ -110,7 +114,9 @@ class Help:
         return self.seen[verbs]
 
     def check(self, words: list[str]) -> None:
-        """Raises Fault if a verb or option of `meltstage WORDS` does not exist."""
+        """Raises Fault if a verb or option of `meltstage WORDS` does not exist. What ./run builds by itself takes nothing more."""
+        if len(words) == 1 and words[0] in RUN_BUILDS:
+            return
         verbs: tuple[str, ...] = ()
         for word in words:
             known = re.search(r"Subcommands:\n(.*)", self.text(verbs), re.S)

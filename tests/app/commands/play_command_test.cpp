@@ -8,6 +8,7 @@
 #include <fstream>
 #include <string>
 
+#include "base/file.hpp"
 #include "base/temporary_folder.hpp"
 #include "tests/support/run_command.hpp"
 
@@ -108,6 +109,37 @@ TEST_F(PlayCommand, ADefectIsOneLine) {
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.output, StartsWith("meltstage: "));
   EXPECT_THAT(ran.output, EndsWith("s.txt:2: found warm, expected fan of 0 to 10 W/K\n"));
+}
+
+// The emergency stop takes the heater off in its own clock, as the pins do.
+TEST_F(PlayCommand, WritesThePinsAsWaves) {
+  const std::string vcd = (folder_.path() / "pins.vcd").string();
+  const Ran ran =
+      play("0.5 set MODE 1\n0.6 set MANUAL_DUTY 100\n1 run\n1.5 estop on\n", "--for 2 --vcd " + vcd + out());
+  EXPECT_EQ(ran.status, 0) << ran.output;
+  const std::string text = read_file(vcd, "waves");
+  const auto code = [&](const std::string& pin) {
+    const std::size_t name = text.find(" " + pin + " $end");
+    const std::size_t begin = text.rfind(' ', name - 1) + 1;
+    return text.substr(begin, name - begin);
+  };
+  const std::size_t stop = text.find("\n#1500000000000\n");  // ps
+  ASSERT_NE(stop, std::string::npos);
+  const std::string changes = text.substr(stop, text.find("\n#", stop + 1) - stop + 1);
+  EXPECT_THAT(changes, HasSubstr("\n1" + code("inhibit_i") + "\n"));
+  EXPECT_THAT(changes, HasSubstr("\n0" + code("heater_o") + "\n"));
+  EXPECT_TRUE(text.ends_with("\n#2000000000000\n")) << text.substr(text.size() - 40);
+}
+
+TEST_F(PlayCommand, WritesNoWavesOverItsOtherFiles) {
+  const std::string trace = (folder_.path() / "t.csv").string();
+  for (const std::string& other : {(folder_.path() / "s.txt").string(), trace}) {
+    const Ran ran = play("1 run\n", "--for 1 --vcd " + other + out());
+    EXPECT_EQ(ran.status, 2);
+    EXPECT_EQ(std::count(ran.output.begin(), ran.output.end(), '\n'), 1) << ran.output;
+    EXPECT_FALSE(std::filesystem::exists(trace));
+    EXPECT_EQ(read_file(folder_.path() / "s.txt", "a scenario"), "1 run\n");
+  }
 }
 
 }  // namespace
