@@ -5,10 +5,11 @@
 
 int main(int argc, char** argv) {
   using namespace meltstage::app;
-  constexpr Verb kVerbs[] = {
-      {"init", add_init_command},   {"coordinates", add_coordinates_command}, {"print", add_print_command},
-      {"chip", add_chip_command},   {"windows", add_windows_command},         {"window", add_window_command},
-      {"gcode", add_gcode_command}, {"accuracy", add_accuracy_command},       {"doctor", add_doctor_command}};
+  constexpr Verb kVerbs[] = {{"init", add_init_command},         {"coordinates", add_coordinates_command},
+                             {"print", add_print_command},       {"report", add_report_command},
+                             {"chip", add_chip_command},         {"windows", add_windows_command},
+                             {"window", add_window_command},     {"gcode", add_gcode_command},
+                             {"accuracy", add_accuracy_command}, {"doctor", add_doctor_command}};
   constexpr VerbElsewhere kElsewhere[] = {
       {"conformal", "Print on a measured surface (docs/motion/conformal.md)", "meltstage-conformal"},
       {"dft", "Scan, test patterns and sign-off vectors for a flat netlist (docs/make/test-vectors.md)",

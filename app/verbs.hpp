@@ -12,6 +12,7 @@ namespace meltstage::app {
 
 Action add_print_command(CLI::App& cli, const std::string& typed);
 Action add_chip_command(CLI::App& cli, const std::string& typed);
+Action add_report_command(CLI::App& cli, const std::string& typed);
 Action add_windows_command(CLI::App& cli, const std::string& typed);
 Action add_window_command(CLI::App& cli, const std::string& typed);
 Action add_init_command(CLI::App& cli, const std::string& typed);

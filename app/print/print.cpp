@@ -195,6 +195,9 @@ PrintReport make_report(const LoadedJob& loaded, const std::optional<tb::Aligned
   report.path_after = path_of(loaded.job.bumps, loaded.plan.cost_after);
   report.path_unit = loaded.plan_unit;
   report.path_bound = loaded.plan.lower_bound;
+  for (const tb::Landed& landed : result.landed)
+    report.droplets.push_back({landed.bump, landed.t_s, 1e3 * landed.miss_mm.x(), 1e3 * landed.miss_mm.y()});
+  report.good_miss_um = 1e3 * loaded.job.place_tolerance_mm;
   for (const tb::CheckedWindow& w : result.windows) {
     report.lockstep.push_back({w.name, w.first_cycle, w.last_cycle, w.compared.clocks, w.flop_bits,
                                w.compared.flop_values + w.compared.pin_values, 0});

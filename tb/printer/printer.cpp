@@ -545,7 +545,8 @@ class Printer {
     head_.plant().droplet(cycle(), job_.droplet_j);
     shot_over_ = cycle() + kTriggerClocks;
     const Eigen::Vector2d on_board = job_.board.of({job_.bumps[bump].x_mm, job_.bumps[bump].y_mm});
-    const double miss_mm = (landing_mm - on_board).norm();
+    result_.landed.push_back({bump, seconds(cycle()), landing_mm - on_board});
+    const double miss_mm = result_.landed.back().miss_mm.norm();
     result_.largest_miss_mm = std::max(result_.largest_miss_mm, miss_mm);
     // Of a board on its face the droplet meets the back, however near to the bump's place.
     if (job_.board.turned_over_x_mm || !(miss_mm <= job_.place_tolerance_mm)) ++result_.misplaced;

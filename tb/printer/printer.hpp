@@ -113,6 +113,13 @@ struct PrintFault {
   std::string sentence;
 };
 
+// A droplet on the board.
+struct Landed {
+  std::size_t bump;  // in the order of printing
+  double t_s;        // of its trigger
+  Eigen::Vector2d miss_mm;
+};
+
 struct PrintResult {
   bool good = false;    // every bump printed, each in its place
   std::string verdict;  // one sentence
@@ -120,6 +127,7 @@ struct PrintResult {
   std::vector<Reading> readings;
   std::vector<CheckedWindow> windows;
   std::vector<PrintFault> faults;
+  std::vector<Landed> landed;  // in the order of their triggers
   std::size_t droplets = 0;
   std::size_t misplaced = 0;  // droplets of these beyond the tolerance
   std::uint64_t cycles = 0;

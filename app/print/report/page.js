@@ -2,6 +2,7 @@
 "use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
 const phaseColors = ["--band-0", "--band-1", "--band-2", "--band-3"];
+const faultMargin_s = 5;  // that a click on a fault shows before and behind it
 const deviationLimit = 3;  // degC: shows the regulation; the heat-up lies far outside and is cut off
 
 // ---- texts and tables
@@ -70,6 +71,22 @@ function showPhases() {
   });
 }
 
+// What a pull request or a mail takes.
+function summaryText() {
+  const rows = data.key_figures.map(f => `| ${f.what} | ${number(f.value)} | ${typeset(f.unit)} |`);
+  return [`**${data.job}**: ${data.verdict}`, "", "| | | |", "|---|---|---|", ...rows, ""].join("\n");
+}
+
+async function copySummary() {
+  const told = document.getElementById("copied");
+  try {
+    await navigator.clipboard.writeText(summaryText());
+    told.textContent = "copied, as Markdown";
+  } catch (refused) {
+    told.textContent = `not copied: ${refused.message}; the figures stand in summary.json`;
+  }
+}
+
 function showFaults() {
   const place = document.getElementById("faults");
   if (!data.faults.length) {
@@ -77,7 +94,15 @@ function showFaults() {
     return;
   }
   const list = document.createElement("ul");
-  for (const fault of data.faults) list.append(element("li", `${withUnit(fault.t_s, "s")}: ${fault.sentence}`));
+  for (const fault of data.faults) {
+    const link = element("button", withUnit(fault.t_s, "s"));
+    link.type = "button";
+    link.title = "the curves around it";
+    link.addEventListener("click", () => showTimes([fault.t_s - faultMargin_s, fault.t_s + faultMargin_s]));
+    const item = document.createElement("li");
+    item.append(link, `: ${fault.sentence}`);
+    list.append(item);
+  }
   place.append(element("strong", data.faults.length === 1 ? "1 fault" : `${data.faults.length} faults`, "bad"), list);
 }
 
@@ -261,8 +286,39 @@ function plain(label, points, line, more = {}) {
 const lastTime = Math.max(...data.temperature.t_s.slice(-1), ...data.duty.t_s.slice(-1),
                           ...data.phases.map(phase => phase.end_s), 0);
 
+let shownTimes = [0, lastTime];
+
 function timeAxis() {
-  return axis("time (s)", { type: "linear", min: 0, max: lastTime });
+  return axis("time (s)", { type: "linear", min: shownTimes[0], max: shownTimes[1] });
+}
+
+// Both curves show the same times.
+function showTimes([begin, end]) {
+  shownTimes = [Math.max(begin, 0), Math.min(end, lastTime)];
+  for (const id of ["temperature", "deviation"]) {
+    const chart = Chart.getChart(id);
+    [chart.options.scales.x.min, chart.options.scales.x.max] = shownTimes;
+    chart.update("none");
+  }
+}
+
+// Drag over a curve: what lies between becomes the whole width.
+function zoomInTime(id) {
+  const canvas = document.getElementById(id);
+  const leastPixels = 5;  // a click is no drag
+  let from = null;
+  const pixel = event => Math.min(Math.max(event.offsetX, Chart.getChart(id).chartArea.left), Chart.getChart(id).chartArea.right);
+  canvas.addEventListener("pointerdown", event => {
+    from = pixel(event);
+    canvas.setPointerCapture(event.pointerId);
+  });
+  canvas.addEventListener("pointerup", event => {
+    const to = pixel(event), { x } = Chart.getChart(id).scales;
+    if (from !== null && Math.abs(to - from) >= leastPixels)
+      showTimes([x.getValueForPixel(Math.min(from, to)), x.getValueForPixel(Math.max(from, to))]);
+    from = null;
+  });
+  canvas.addEventListener("dblclick", () => showTimes([0, lastTime]));
 }
 
 function timeChartOptions(scales, unitOf) {
@@ -353,15 +409,103 @@ function pathChart(id, path, box) {
   });
 }
 
+function microns(value) {
+  return withUnit(Number(value.toFixed(1)), "µm");
+}
+
+// A bump each: in place, beside it, or without a droplet.
+function dropletPoints() {
+  const { bump, t_s, miss_x_um, miss_y_um, good_um } = data.droplets;
+  const { x_mm, y_mm } = data.path_after;
+  const points = x_mm.map((x, i) => ({ x, y: y_mm[i], number: i + 1 }));
+  bump.forEach((b, i) => {
+    points[b].t_s = t_s[i];
+    points[b].miss_um = Math.hypot(miss_x_um[i], miss_y_um[i]);
+    points[b].told = `${microns(miss_x_um[i])} in x and ${microns(miss_y_um[i])} in y beside it at ${withUnit(Number(t_s[i].toFixed(3)), "s")}`;
+  });
+  return { good: points.filter(p => p.miss_um <= good_um), beside: points.filter(p => p.miss_um > good_um),
+           none: points.filter(p => p.miss_um === undefined) };
+}
+
+function showDropletText({ good, beside, none }) {
+  const all = [...good, ...beside];
+  const worst = all.reduce((most, p) => p.miss_um > most.miss_um ? p : most, { miss_um: 0 });
+  document.getElementById("droplet_sentence").textContent =
+    (all.length ? `The farthest fell ${microns(worst.miss_um)} beside its bump (number ${number(worst.number)}); good is ${microns(data.droplets.good_um)} at most. ` : "No droplet fell. ")
+    + (beside.length ? `${number(beside.length)} fell farther. ` : "") + (none.length ? `${number(none.length)} of the bumps drawn got none.` : "");
+}
+
+function dropletChart(box) {
+  const { good, beside, none } = dropletPoints();
+  const most = Math.max(...[...good, ...beside].map(p => p.miss_um), 1e-9);
+  const size = good.length > 4000 ? 1.5 : good.length > 400 ? 3 : 6;
+  // the farther, the larger
+  const radius = context => context.raw ? size * (0.5 + 0.5 * context.raw.miss_um / most) : size;
+  const set = (label, points, line, more) => plain(label, points, line, { pointHoverRadius: size + 3, ...more });
+  return new Chart("droplets", {
+    type: "scatter", plugins: [equalAspect],
+    data: { datasets: [
+      set("in its place", good, color("--path"), { pointRadius: radius }),
+      set("too far", beside, color("--bad"), { pointRadius: radius }),
+      set("no droplet", none, color("--bad"), { pointRadius: size, pointStyle: "crossRot", borderWidth: 2 }),
+    ].filter(dataset => dataset.data.length) },
+    options: {
+      animation: false, maintainAspectRatio: false, responsive: true, parsing: false, normalized: true,
+      scales: { x: axis("x (mm)", { min: box.x[0], max: box.x[1] }), y: axis("y (mm)", { min: box.y[0], max: box.y[1] }) },
+      plugins: {
+        equalAspect: { ...box },
+        legend: { align: "start", labels: { color: color("--text"), usePointStyle: true, boxHeight: 7 } },
+        tooltip: { callbacks: { label: ({ raw }) => `bump ${number(raw.number)}: ${raw.told ?? "no droplet"}` } },
+      },
+    },
+  });
+}
+
+// Wheel and drag on the map; its box is what equalAspect fits into the picture.
+function zoomOnMap(id, whole) {
+  const canvas = document.getElementById(id), step = 1.25;
+  let held = null;
+  const show = box => {
+    Object.assign(Chart.getChart(id).options.plugins.equalAspect, box);
+    Chart.getChart(id).update("none");
+  };
+  const around = (range, centre, factor) => range.map(end => centre + (end - centre) * factor);
+  canvas.addEventListener("wheel", event => {
+    event.preventDefault();
+    const { scales: { x, y }, options } = Chart.getChart(id);
+    const { equalAspect: box } = options.plugins, factor = event.deltaY > 0 ? step : 1 / step;
+    show({ x: around(box.x, x.getValueForPixel(event.offsetX), factor), y: around(box.y, y.getValueForPixel(event.offsetY), factor) });
+  }, { passive: false });
+  canvas.addEventListener("pointerdown", event => {
+    const { x, y } = Chart.getChart(id).scales;
+    held = { x: x.getValueForPixel(event.offsetX), y: y.getValueForPixel(event.offsetY) };
+    canvas.setPointerCapture(event.pointerId);
+  });
+  canvas.addEventListener("pointermove", event => {
+    if (!held) return;
+    const { scales: { x, y }, options } = Chart.getChart(id);
+    const box = options.plugins.equalAspect;
+    const dx = held.x - x.getValueForPixel(event.offsetX), dy = held.y - y.getValueForPixel(event.offsetY);
+    show({ x: box.x.map(end => end + dx), y: box.y.map(end => end + dy) });
+  });
+  canvas.addEventListener("pointerup", () => { held = null; });
+  canvas.addEventListener("dblclick", () => show(whole()));
+}
+
 let charts = [];
+
+function pathBox() {
+  const { path_before: before, path_after: after } = data;
+  return { x: range(before.x_mm, after.x_mm), y: range(before.y_mm, after.y_mm) };
+}
 
 function draw() {
   for (const chart of charts) chart.destroy();
   charts = [];
   const { path_before: before, path_after: after } = data;
-  const box = { x: range(before.x_mm, after.x_mm), y: range(before.y_mm, after.y_mm) };
+  const box = pathBox();
   charts.push(temperatureChart());
-  charts.push(deviationChart(), pathChart("path_before", before, box), pathChart("path_after", after, box));
+  charts.push(deviationChart(), pathChart("path_before", before, box), pathChart("path_after", after, box), dropletChart(box));
 }
 
 Chart.defaults.font.family = getComputedStyle(document.body).fontFamily;
@@ -369,11 +513,16 @@ showHeader();
 showPhases();
 showFaults();
 showPathTexts();
+showDropletText(dropletPoints());
 showLockstep();
 showWindows();
 showKeyFigures();
 namedTexts("settings", data.settings);
 namedTexts("versions", data.versions);
 draw();
+zoomInTime("temperature");
+zoomInTime("deviation");
+zoomOnMap("droplets", pathBox);
+document.getElementById("copy").addEventListener("click", copySummary);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 matchMedia("print").addEventListener("change", draw);

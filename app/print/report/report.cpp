@@ -138,12 +138,26 @@ Json drawn_path(const Path& path) {
   return {{"x_mm", x}, {"y_mm", y}, {"points", path.points.size()}, {"cost", path.cost}};
 }
 
+/// Of the bumps that the page draws.
+Json drawn_droplets(const PrintReport& report) {
+  Json bump = Json::array(), t = Json::array(), x = Json::array(), y = Json::array();
+  for (const Droplet& droplet : report.droplets) {
+    if (droplet.bump >= kMaxPathPoints) continue;
+    bump.push_back(droplet.bump);
+    t.push_back(drawn(droplet.t_s));
+    x.push_back(drawn(droplet.miss_x_um));
+    y.push_back(drawn(droplet.miss_y_um));
+  }
+  return {{"bump", bump}, {"t_s", t}, {"miss_x_um", x}, {"miss_y_um", y}, {"good_um", report.good_miss_um}};
+}
+
 Json page_data(const PrintReport& report) {
   Json data = summary(report);
   data["temperature"] = temperature_curves(report.temperature);
   data["duty"] = duty_curve(report.duty);
   data["path_before"] = drawn_path(report.path_before);
   data["path_after"] = drawn_path(report.path_after);
+  data["droplets"] = drawn_droplets(report);
   return data;
 }
 

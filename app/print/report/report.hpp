@@ -56,6 +56,14 @@ struct Path {
   double cost = 0.0;
 };
 
+/// Where a droplet fell.
+struct Droplet {
+  std::size_t bump = 0;  ///< in the planned order, from 0
+  double t_s = 0.0;
+  double miss_x_um = 0.0;  ///< beside its bump
+  double miss_y_um = 0.0;
+};
+
 /// A stretch of clocks over which the RTL ran beside the C++ model.
 struct LockstepWindow {
   std::string name;
@@ -113,6 +121,8 @@ struct PrintReport {
   Path path_after;               ///< planned order
   std::string path_unit = "mm";  ///< of the paths' costs: "mm", or "s" where the path is planned in time
   double path_bound = 0.0;       ///< no order costs less
+  std::vector<Droplet> droplets;  ///< by time
+  double good_miss_um = 0.0;      ///< a droplet nearer to its bump is a good one
   std::vector<LockstepWindow> lockstep;
   std::optional<WindowCheck> windows;  ///< of a job that ran in RTL as a whole
   std::vector<Fault> faults;

@@ -51,6 +51,9 @@ def main() -> None:
     judge("coordinates", f"{root}/examples/bumps.csv")
     judge("accuracy", f"{root}/examples/x_deviations.csv")
     judge("doctor")
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([program, "print", f"{root}/examples/first.toml", "--rtl", "none", "--out", f"{folder}/first"], capture_output=True)
+        judge("report", f"{folder}/first", f"{folder}/first")
     with served_chip(program) as port:
         judge("chip read", "PV", "FAULT", "SETPOINT", "--port", port)
     described = json.loads(subprocess.run([program, "--describe"], capture_output=True, text=True).stdout)
