@@ -117,10 +117,10 @@ struct PrintReport {
   std::vector<TemperatureSample> temperature;  ///< by time
   std::vector<DutySample> duty;                ///< by time
   std::vector<Phase> phases;
-  Path path_before;              ///< order of the coordinate file
-  Path path_after;               ///< planned order
-  std::string path_unit = "mm";  ///< of the paths' costs: "mm", or "s" where the path is planned in time
-  double path_bound = 0.0;       ///< no order costs less
+  Path path_before;               ///< order of the coordinate file
+  Path path_after;                ///< planned order
+  std::string path_unit = "mm";   ///< of the paths' costs: "mm", or "s" where the path is planned in time
+  double path_bound = 0.0;        ///< no order costs less
   std::vector<Droplet> droplets;  ///< by time
   double good_miss_um = 0.0;      ///< a droplet nearer to its bump is a good one
   std::vector<LockstepWindow> lockstep;
