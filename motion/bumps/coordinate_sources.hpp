@@ -84,6 +84,7 @@ RawPoints read_pos_points(const std::filesystem::path& path, std::string_view co
 RawPoints read_gerber_points(const std::filesystem::path& path, std::string_view content);
 RawPoints read_excellon_points(const std::filesystem::path& path, std::string_view content);
 RawPoints read_ipc356_points(const std::filesystem::path& path, std::string_view content);
+RawPoints read_wafer_map(const std::filesystem::path& path, std::string_view content);
 
 /// A whole cell as a number, "." as decimal point whatever the locale; nothing if it isn't one. May be NaN or
 /// infinite.

@@ -167,6 +167,8 @@ constexpr std::array kFormats{
     Format{".ipc", detail::read_ipc356_points},
     Format{".d356", detail::read_ipc356_points},
     Format{".356", detail::read_ipc356_points},
+    Format{".xml", detail::read_wafer_map},
+    Format{".g85", detail::read_wafer_map},
 };
 
 detail::RawPoints read_raw(const Path& path) {

@@ -97,6 +97,8 @@ struct CoordinateFile {
 ///   blocks; regions and draws are noted, clear flashes and commands that change the whole image are refused.
 /// - `.drl`, `.xln`, `.exc`, `.cnc`, `.txt` with a header M48: Excellon drill file, one bump a hole; slots
 /// and routing are noted.
+/// - `.xml`, `.g85`: wafer map (SEMI G85), one bump a die of a bin that passes; without DeviceSizeX the
+/// numbers are steps of the pitch.
 ///
 /// A table may begin with a row that names the columns `x` and `y` in any case, each with or without a unit
 /// (`x_mm`, `Y (um)`, `X [mil]`), or `PosX`, `Mid X`, `Center-X` as placement tables do; without such a row
