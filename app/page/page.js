@@ -52,7 +52,7 @@ class Page {
     this.done = "";  // the scenario with all that was done since, as text
     this.logged = 0;
     this.ratio = { time: 0, real: 0 };
-    this.chart = new TemperatureChart(byId("temperature"), time => this.showPins(time - this.waves.width / 2));
+    this.chart = new TemperatureChart(byId("temperature"), curves, time => this.showPins(time - this.waves.width / 2));
     this.waves = new Waves(byId("waves"), machine.about.pins);
     this.makeStates();
     this.makeKnobs();

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page: shows what the server's events say, and hands on what a person asks for.
+"use strict";
+
+const byId = id => document.getElementById(id);
+const typeset = text => text.replace(/\bdegC\b/g, "°C").replace(/\s?->\s?/g, " → ");
+const registerMap = JSON.parse(byId("map").textContent).registers;
+const mostLogRows = 400;
+const mostRows = 400_000;  // a day and more, four a second
+const staleAfter_ms = 3000;
+const token = new URLSearchParams(location.search).get("token");
+const shownCurves = curves.filter(curve => ["reading", "set-point", "duty"].includes(curve.name));
+
+function element(tag, text = "", className = "") {
+  const node = document.createElement(tag);
+  node.textContent = text;
+  node.className = className;
+  return node;
+}
+
+// Samples in one piece, as the chart takes them; the older half goes when it is full.
+class Rows {
+  constructor() {
+    this.width = Object.keys(columns).length;
+    this.clear();
+  }
+  clear() {
+    this.count = 0;
+    this.data = new Float64Array(this.width * 4096);
+  }
+  get newest() { return this.count ? this.data[(this.count - 1) * this.width] : 0; }
+  add(time, temperature, setpoint, duty) {
+    if (this.count && !(time > this.newest)) return;  // told twice
+    if (this.count === mostRows) this.forgetHalf();
+    if ((this.count + 1) * this.width > this.data.length) this.grow();
+    const row = this.data.subarray(this.count * this.width, ++this.count * this.width);
+    row.fill(NaN);
+    row[columns.time] = time;
+    row[columns.reading] = temperature ?? NaN;
+    row[columns.setpoint] = setpoint;
+    row[columns.duty] = duty;
+  }
+  forgetHalf() {
+    const kept = this.count >> 1;
+    this.data.copyWithin(0, (this.count - kept) * this.width, this.count * this.width);
+    this.count = kept;
+  }
+  grow() {
+    const larger = new Float64Array(2 * this.data.length);
+    larger.set(this.data);
+    this.data = larger;
+  }
+}
+
+class Page {
+  constructor() {
+    this.rows = new Rows();
+    this.chart = new TemperatureChart(byId("temperature"), shownCurves, () => {});
+    this.connected = false;
+    this.makeRegisters();
+    this.listenToPerson();
+    this.listenToServer();
+    setInterval(() => this.showAge(), 250);
+  }
+
+  // ---- from the server
+
+  listenToServer() {
+    const source = new EventSource("/events" + (token ? `?token=${encodeURIComponent(token)}` : ""));
+    const on = (name, act) => source.addEventListener(name, event => act.call(this, JSON.parse(event.data)));
+    on("about", this.begin);
+    on("connection", this.showConnection);
+    on("reading", this.showReading);
+    on("registers", this.showRegisters);
+    on("faults", this.showFaults);
+    on("notice", this.showNotice);
+    on("answer", this.showAnswer);
+    source.addEventListener("error", () => {
+      this.showConnection({ connected: false, text: "the server of this page does not answer, or refuses: it has ended, too many pages are open, or the token is another one" });
+      if (source.readyState !== EventSource.CLOSED) return;  // it tries again by itself
+      setTimeout(() => this.listenToServer(), 3000);
+    });
+  }
+
+  async begin(about) {
+    byId("place").textContent = about.place;
+    byId("states").replaceChildren(...about.states.map(name => element("li", name)));
+    const samples = await (await this.ask("/samples")).json();
+    this.rows.clear();
+    for (const row of samples) this.rows.add(...row);
+    this.chart.draw(this.rows, this.rows.newest);
+  }
+
+  showConnection({ connected, text, identity }) {
+    this.connected = connected;
+    byId("connection").textContent = connected ? `Connected${identity ? ` to ${identity}` : ""}.` : "Lost.";
+    byId("connection").className = connected ? "good" : "bad";
+    this.tell("lost", connected ? "" : `No connection: ${typeset(text)}.\nWhat is shown is old. Stop cannot reach the chip: its own guard and host watchdog remain, and the switch of the supply. It is tried again each second.`);
+    this.showStale();
+  }
+
+  showReading(reading) {
+    this.answered = performance.now();
+    this.rows.add(reading.time_s, reading.temperature, reading.setpoint, reading.duty);
+    const degrees = value => value === null ? "–" : `${value.toFixed(2)} °C`;
+    byId("temperature_now").textContent = degrees(reading.temperature);
+    byId("setpoint_now").textContent = degrees(reading.setpoint);
+    byId("duty_now").textContent = `${reading.duty.toFixed(1)} %`;
+    const said = [reading.run ? "Heating is on" : "Heating is off"];
+    if (reading.at_temperature) said.push("at temperature");
+    if (reading.locked) said.push("locked");
+    if (reading.present.length) said.push(`present now: ${reading.present.join(", ")}`);
+    byId("condition").textContent = said.join("; ") + ".";
+    for (const item of byId("states").children) item.classList.toggle("lit", item.textContent === reading.state);
+    if (!document.hidden) this.chart.draw(this.rows, this.rows.newest);
+    this.showStale();
+  }
+
+  showRegisters(values) {
+    for (const { map, value, doc } of this.registers) {
+      const [text, meaning] = values[map.name] ?? ["", ""];
+      if (value.textContent !== text) value.textContent = text;
+      const said = typeset(meaning ? `${meaning}. ${map.doc}` : map.doc);
+      if (doc.textContent !== said) doc.textContent = said;
+    }
+  }
+
+  showFaults(sentences) {
+    byId("faults").replaceChildren(...sentences.map(sentence => element("li", typeset(sentence))));
+    byId("faults").hidden = !sentences.length;
+  }
+
+  showNotice({ text, changed }) {
+    const list = changed.map(typeset).join(", ");
+    this.tell("notice", list ? `${text} ${list}.` : text);
+    this.log("notice", text, "");
+  }
+
+  showAnswer({ asked, outcome, text }) {
+    const said = { done: "done", refused: "refused", unknown: "unknown" }[outcome];
+    this.log(typeset(asked), typeset(`${said}: ${text}`), outcome === "done" ? "" : "bad");
+  }
+
+  log(asked, answer, className) {
+    const body = byId("log").tBodies[0];
+    const line = body.insertRow(0);
+    line.append(element("td", new Date().toLocaleTimeString()), element("td", `${asked}: ${answer}`, className));
+    while (body.rows.length > mostLogRows) body.deleteRow(-1);
+  }
+
+  tell(id, text) {
+    if (byId(id).textContent !== text) byId(id).textContent = text;  // said once to who hears the page
+    byId(id).hidden = !text;
+  }
+
+  showAge() {
+    const age_s = (performance.now() - this.answered) / 1000;
+    byId("age").textContent = this.answered === undefined ? "no answer so far" : `answered ${age_s.toFixed(1)} s ago`;
+    this.showStale();
+  }
+  showStale() {
+    const stale = !this.connected || !(performance.now() - this.answered < staleAfter_ms);
+    document.body.classList.toggle("stale", stale);
+  }
+
+  // ---- to the server
+
+  ask(path, options = {}) {
+    const headers = { ...options.headers, ...(token ? { Authorization: `Bearer ${token}` } : {}) };
+    return fetch(path, { ...options, headers });
+  }
+
+  // Sent once. Where nothing comes back nobody knows, and that is said.
+  async command(what) {
+    const id = Array.from(crypto.getRandomValues(new Uint8Array(12)), byte => byte.toString(16).padStart(2, "0")).join("");
+    const asked = what.register ? `${what.do} ${what.register} ${what.value}` : what.do;
+    this.showOutcome(`${asked}: asked …`, "");
+    try {
+      const answer = await this.ask("/command", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ id, ...what }) });
+      if (answer.headers.get("Content-Type").startsWith("application/json")) {
+        const { asked: text, outcome, text: said } = await answer.json();
+        this.showOutcome(`${text}: ${outcome}${said ? `, ${said}` : ""}`, outcome === "done" ? "good" : "bad");
+      } else {
+        const refusal = (await answer.text()).trim();
+        this.showOutcome(`${asked}: refused, ${refusal}`, "bad");
+        this.log(asked, `refused: ${typeset(refusal)}`, "bad");
+      }
+    } catch {
+      this.showOutcome(`${asked}: unknown, the server did not answer; read back what the chip has`, "bad");
+      this.log(asked, "unknown: the server did not answer", "bad");
+    }
+  }
+
+  showOutcome(text, className) {
+    byId("outcome").textContent = typeset(text);
+    byId("outcome").className = className;
+  }
+
+  // ---- what is made once
+
+  makeRegisters() {
+    const body = byId("registers").tBodies[0];
+    this.registers = registerMap.filter(map => map.access !== "wo").map(map => {
+      const line = body.insertRow();
+      const value = element("td", "", "number"), doc = element("td", typeset(map.doc));
+      const name = element("td", map.name);
+      if (map.access === "rw") {
+        const change = element("button", "set");
+        change.setAttribute("aria-label", `Set ${map.name}`);
+        change.addEventListener("click", () => this.openWrite(map, value.textContent));
+        name.append(change);
+      }
+      line.append(name, value, element("td", typeset(map.unit)), doc);
+      return { map, line, value, doc };
+    });
+  }
+
+  openWrite(map, value) {
+    this.written = map.name;
+    const shown = raw => Number((raw * map.scale).toPrecision(6));
+    const unit = typeset(map.unit);
+    byId("write_name").textContent = `Set ${map.name}`;
+    byId("write_doc").textContent = typeset(map.doc);
+    byId("write_value").value = Number(value);
+    byId("write_unit").textContent = unit;
+    byId("write_range").textContent = `From ${shown(map.min)} to ${shown(map.max)}${unit ? ` ${unit}` : ""}.`;
+    byId("write").showModal();
+    byId("write_value").select();
+  }
+
+  listenToPerson() {
+    const buttons = { run: "run", stop: "stop", clear: "clear", tune: "tune" };
+    for (const [id, word] of Object.entries(buttons)) byId(id).addEventListener("click", () => this.command({ do: word }));
+    byId("setpoint_form").addEventListener("submit", event => {
+      event.preventDefault();
+      this.command({ do: "set", register: "SETPOINT", value: byId("setpoint").valueAsNumber });
+    });
+    byId("write_form").addEventListener("submit", event => {
+      event.preventDefault();
+      byId("write").close();
+      this.command({ do: "set", register: this.written, value: byId("write_value").valueAsNumber });
+    });
+    byId("write_cancel").addEventListener("click", () => byId("write").close());
+    // Wherever one is, a dialog too.
+    addEventListener("keydown", event => {
+      if (event.key === "Escape" && !event.repeat) this.command({ do: "stop" });
+    }, { capture: true });
+    byId("follow").addEventListener("click", () => { this.chart.follow = true; });
+    byId("find").addEventListener("input", () => {
+      const words = byId("find").value.toLowerCase();
+      for (const { map, line } of this.registers) line.hidden = !`${map.name} ${map.doc}`.toLowerCase().includes(words);
+    });
+  }
+}
+
+new Page();

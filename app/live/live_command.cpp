@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// `meltstage live`: a chip in a browser.
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "app/chip/connection_options.hpp"
+#include "app/live/access.hpp"
+#include "app/live/bench.hpp"
+#include "app/live/chip_source.hpp"
+#include "app/live/feed.hpp"
+#include "app/live/samples.hpp"
+#include "app/live/server.hpp"
+#include "app/verbs.hpp"
+#include "base/error.hpp"
+#include "base/terminal.hpp"
+#include "cmodel/spec.hpp"
+
+namespace meltstage::app {
+namespace {
+
+// A line is called lost after three times as long without an answer.
+constexpr double kTimeout_s = 0.3;
+
+struct Options {
+  AskedConnection line;
+  std::string listen = "127.0.0.1:8123";
+  std::filesystem::path token;
+};
+
+// What the page names.
+std::string about_json(const live::Source& source) {
+  nlohmann::json states = nlohmann::json::array();
+  for (const chip::spec::StateInfo& state : chip::spec::kStates) states.push_back(state.name);
+  return nlohmann::json{{"place", source.place()}, {"virtual", source.is_virtual()}, {"states", states}}.dump(
+      -1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void serve(live::Source& source, const live::Address& address, const std::optional<std::string>& token) {
+  live::Samples samples;
+  live::Feed feed;
+  feed.tell_state("about", about_json(source));
+  live::Bench bench(source, feed, [&](const live::Sample& sample) { samples.add(sample); });
+  const live::Server server(address, token, feed, bench, {{"/samples", [&] { return samples.json(); }}});
+  fmt::print("{}: http://{}/{}; ends with Ctrl-C\n", source.place(), authority(server.address()),
+             token ? "?token=..." : "");
+  std::fflush(stdout);
+  while (!server.ended()) {
+    throw_if_interrupted();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  throw std::runtime_error("the server can't listen any more, expected the system to let it; start it again");
+}
+
+int live_bench(const Options& options) {
+  const live::Address address = live::parse_address(options.listen);
+  std::optional<std::string> token;
+  if (!options.token.empty()) token = live::read_token(options.token);
+  if (!address.loopback && !token)
+    throw UserError(
+        fmt::format("--listen: found {}, which others reach, expected a loopback address; give --token FILE "
+                    "with a secret of 16 characters or more",
+                    options.listen));
+  live::ChipSource source(options.line.checked());
+  catch_interrupts();
+  try {
+    serve(source, address, token);
+  } catch (const Interrupted&) {
+  }
+  return 0;
+}
+
+}  // namespace
+
+Action add_live_command(CLI::App& cli, const std::string&) {
+  CLI::App* command = cli.add_subcommand("live", "Show and operate a chip in a browser (docs/start/live.md)");
+  const auto options = std::make_shared<Options>();
+  options->line.connection.timeout_s = kTimeout_s;
+  add_connection(command, options->line)->required();
+  command->add_option("--listen", options->listen,
+                      "ADDRESS:PORT to serve the page at, port 0 for a free one (default 127.0.0.1:8123)");
+  command->add_option(
+      "--token", options->token,
+      "File with a secret that each request must bring; without it only this machine is served");
+  return [=] { return live_bench(*options); };
+}
+
+}  // namespace meltstage::app
