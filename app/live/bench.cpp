@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
@@ -174,6 +175,9 @@ void Bench::tell_changes(const Registers& before, std::string_view what) {
 }
 
 void Bench::lose(const std::string& reason) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (samples_) keep_({source_.now_s(), kNone, kNone, kNone});
+  samples_.reset();
   const std::lock_guard lock(mutex_);
   if (lost_ == reason) return;
   lost_ = reason;

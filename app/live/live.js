@@ -37,8 +37,8 @@ class Rows {
     row.fill(NaN);
     row[columns.time] = time;
     row[columns.reading] = temperature ?? NaN;
-    row[columns.setpoint] = setpoint;
-    row[columns.duty] = duty;
+    row[columns.setpoint] = setpoint ?? NaN;
+    row[columns.duty] = duty ?? NaN;
   }
   forgetHalf() {
     const kept = this.count >> 1;
@@ -92,19 +92,20 @@ class Page {
   }
 
   showConnection({ connected, text, identity }) {
+    if (this.connected && !connected) this.rows.add(this.rows.newest + 0.001, NaN, NaN, NaN);  // the curves end
     this.connected = connected;
     byId("connection").textContent = connected ? `Connected${identity ? ` to ${identity}` : ""}.` : "Lost.";
     byId("connection").className = connected ? "good" : "bad";
-    this.tell("lost", connected ? "" : `No connection: ${typeset(text)}.\nWhat is shown is old. Stop cannot reach the chip: its own guard and host watchdog remain, and the switch of the supply. It is tried again each second.`);
+    this.tell("lost", connected ? "" : `No connection: ${typeset(text)}.\nWhat is shown is old. Stop cannot reach the chip. Its guard and its host watchdog go on by themselves; the emergency stop and the switch of the supply work without this page. It is tried again each second.`);
     this.showStale();
   }
 
   showReading(reading) {
-    this.answered = performance.now();
+    if (this.connected) this.answered = performance.now();  // a page that opens later hears the last reading, too
     this.rows.add(reading.time_s, reading.temperature, reading.setpoint, reading.duty);
     const degrees = value => value === null ? "–" : `${value.toFixed(2)} °C`;
     byId("temperature_now").textContent = degrees(reading.temperature);
-    byId("setpoint_now").textContent = degrees(reading.setpoint);
+    byId("setpoint_now").textContent = `${reading.setpoint.toFixed(1)} °C`;
     byId("duty_now").textContent = `${reading.duty.toFixed(1)} %`;
     const said = [reading.run ? "Heating is on" : "Heating is off"];
     if (reading.at_temperature) said.push("at temperature");
@@ -132,13 +133,13 @@ class Page {
 
   showNotice({ text, changed }) {
     const list = changed.map(typeset).join(", ");
-    this.tell("notice", list ? `${text} ${list}.` : text);
+    byId("notice_text").textContent = list ? `${text} ${list}.` : text;
+    byId("notice").hidden = false;
     this.log("notice", text, "");
   }
 
   showAnswer({ asked, outcome, text }) {
-    const said = { done: "done", refused: "refused", unknown: "unknown" }[outcome];
-    this.log(typeset(asked), typeset(`${said}: ${text}`), outcome === "done" ? "" : "bad");
+    this.log(typeset(asked), typeset(`${outcome}, ${text}`), outcome === "done" ? "" : "bad");
   }
 
   log(asked, answer, className) {
@@ -155,7 +156,7 @@ class Page {
 
   showAge() {
     const age_s = (performance.now() - this.answered) / 1000;
-    byId("age").textContent = this.answered === undefined ? "no answer so far" : `answered ${age_s.toFixed(1)} s ago`;
+    byId("age").textContent = this.answered === undefined ? "no answer since this page was opened" : `answered ${age_s.toFixed(1)} s ago`;
     this.showStale();
   }
   showStale() {
@@ -183,11 +184,11 @@ class Page {
       } else {
         const refusal = (await answer.text()).trim();
         this.showOutcome(`${asked}: refused, ${refusal}`, "bad");
-        this.log(asked, `refused: ${typeset(refusal)}`, "bad");
+        this.log(asked, `refused, ${typeset(refusal)}`, "bad");
       }
     } catch {
       this.showOutcome(`${asked}: unknown, the server did not answer; read back what the chip has`, "bad");
-      this.log(asked, "unknown: the server did not answer", "bad");
+      this.log(asked, "unknown, the server did not answer", "bad");
     }
   }
 
@@ -245,6 +246,7 @@ class Page {
     addEventListener("keydown", event => {
       if (event.key === "Escape" && !event.repeat) this.command({ do: "stop" });
     }, { capture: true });
+    byId("notice_seen").addEventListener("click", () => { byId("notice").hidden = true; });
     byId("follow").addEventListener("click", () => { this.chart.follow = true; });
     byId("find").addEventListener("input", () => {
       const words = byId("find").value.toLowerCase();

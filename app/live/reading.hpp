@@ -11,7 +11,8 @@
 
 namespace meltstage::app::live {
 
-/// A point of the chart; a temperature that isn't there is NaN.
+/// A point of the chart. What isn't there is NaN: a temperature before the first sample, all where the line
+/// was lost.
 struct Sample {
   double time_s;
   double temperature_degc;

@@ -6,6 +6,11 @@
 #include <cmath>
 
 namespace meltstage::app::live {
+namespace {
+
+std::string json_number(double value) { return std::isnan(value) ? "null" : fmt::format("{:.3f}", value); }
+
+}  // namespace
 
 void Samples::add(const Sample& sample) {
   const std::lock_guard lock(mutex_);
@@ -17,9 +22,9 @@ std::string Samples::json() const {
   const std::lock_guard lock(mutex_);
   std::string rows;
   for (const Sample& s : samples_)
-    rows += fmt::format("{}[{:.2f},{},{:.1f},{:.2f}]", rows.empty() ? "" : ",", s.time_s,
-                        std::isnan(s.temperature_degc) ? "null" : fmt::format("{:.3f}", s.temperature_degc),
-                        s.setpoint_degc, s.duty_percent);
+    rows +=
+        fmt::format("{}[{:.3f},{},{},{}]", rows.empty() ? "" : ",", s.time_s, json_number(s.temperature_degc),
+                    json_number(s.setpoint_degc), json_number(s.duty_percent));
   return "[" + rows + "]";
 }
 
