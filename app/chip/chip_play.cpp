@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "base/error.hpp"
+#include "app/chip/scenario_file.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "base/place.hpp"
@@ -20,14 +20,6 @@ namespace meltstage::app {
 namespace {
 
 namespace spec = chip::spec;
-
-tb::Scenario read_scenario(const std::filesystem::path& path) {
-  tb::ParsedScenario parsed = tb::parse_scenario(read_file(path, "a scenario", tb::kMostScenarioBytes));
-  if (parsed.defect)
-    throw UserError(fmt::format("{}:{}: found {}, expected {}", path.string(), parsed.defect->line,
-                                parsed.defect->found, parsed.defect->expected));
-  return std::move(parsed.scenario);
-}
 
 // What was asked of the chip in vain, each in a line; returns how many.
 std::uint64_t tell_failures(const tb::ScriptedRun& run, const std::string& file) {
@@ -60,7 +52,7 @@ void tell_rest(const tb::ScriptedRun& run, const PlayOptions& options, const std
 
 int play_scenario(const PlayOptions& options) {
   if (!options.out.empty()) require_other_file(options.out, {options.scenario});
-  tb::ScriptedRun run(read_scenario(options.scenario));
+  tb::ScriptedRun run(tb::parse_scenario(scenario_text(options.scenario)).scenario);
   const auto end = static_cast<std::uint64_t>(std::llround(options.for_s * spec::kClkHz));
   ProgressLine line;
   while (run.cycle() < end) {

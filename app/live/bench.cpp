@@ -191,6 +191,8 @@ void Bench::poll() {
   next_poll_ = Clock::now() + kPollPeriod;
   feed_.tell_state("reading", reading_json(time_s, polled));
   keep_(sample_of(time_s, polled));
+  const std::string around = dumped(source_.around());
+  if (around != std::exchange(told_around_, around)) feed_.tell_state("around", around);
   const std::uint16_t samples = polled[spec::kInSamples];
   const bool reset = samples_ && went_back(*samples_, samples);
   samples_ = samples;

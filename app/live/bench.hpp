@@ -63,7 +63,7 @@ class Bench {
   std::optional<std::uint16_t> samples_;
   Clock::time_point next_poll_{};
   Clock::time_point next_registers_{};
-  std::string told_faults_;
+  std::string told_faults_, told_around_;
 
   std::mutex mutex_;
   std::condition_variable asked_, answered_;

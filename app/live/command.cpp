@@ -18,7 +18,6 @@ using Json = nlohmann::json;
 
 constexpr std::size_t kLongestId = 64;
 constexpr std::size_t kLongestEvent = 1024;
-constexpr double kFastest = 1000.0;
 
 // The chip would speak otherwise on its line, and this server's next poll would find nobody.
 constexpr std::array<std::string_view, 3> kOfTheLine{"ADDRESS", "BAUD", "FORMAT"};

@@ -24,6 +24,7 @@ struct BenchEvent {
   std::string text;
 };
 /// Chip time over real time of a virtual chip; 0 holds it.
+inline constexpr double kFastest = 1000.0;
 struct Speed {
   double ratio;
 };

@@ -2,21 +2,11 @@
 // The page: shows what the server's events say, and hands on what a person asks for.
 "use strict";
 
-const byId = id => document.getElementById(id);
-const typeset = text => text.replace(/\bdegC\b/g, "°C").replace(/\s?->\s?/g, " → ");
-const registerMap = JSON.parse(byId("map").textContent).registers;
 const mostLogRows = 400;
 const mostRows = 400_000;  // a day and more, four a second
 const staleAfter_ms = 3000;
 const token = new URLSearchParams(location.search).get("token");
 const shownCurves = curves.filter(curve => ["reading", "set-point", "duty"].includes(curve.name));
-
-function element(tag, text = "", className = "") {
-  const node = document.createElement(tag);
-  node.textContent = text;
-  node.className = className;
-  return node;
-}
 
 // Samples in one piece, as the chart takes them; the older half goes when it is full.
 class Rows {
@@ -74,6 +64,7 @@ class Page {
     on("registers", this.showRegisters);
     on("faults", this.showFaults);
     on("notice", this.showNotice);
+    on("around", this.showAround);
     on("answer", this.showAnswer);
     source.addEventListener("error", () => {
       this.showConnection({ connected: false, text: "the server of this page does not answer, or refuses: it has ended, too many pages are open, or the token is another one" });
@@ -84,6 +75,7 @@ class Page {
 
   async begin(about) {
     byId("place").textContent = about.place;
+    byId("bench").hidden = !about.virtual;
     byId("states").replaceChildren(...about.states.map(name => element("li", name)));
     const samples = await (await this.ask("/samples")).json();
     this.rows.clear();
@@ -131,8 +123,15 @@ class Page {
     byId("faults").hidden = !sentences.length;
   }
 
+  showAround({ speed, ...around }) {
+    const list = byId("speed");
+    if (speed !== undefined && !Array.from(list.options, option => option.value).includes(speed)) list.add(new Option(`${speed} ×`, speed));
+    list.value = speed;
+    for (const [word, value] of Object.entries(around)) turnKnob(`${word} ${value}`);
+  }
+
   showNotice({ text, changed }) {
-    const list = changed.map(typeset).join(", ");
+    const list = changed.map(change => typeset(change).replace("->", "→")).join(", ");
     byId("notice_text").textContent = list ? `${text} ${list}.` : text;
     byId("notice").hidden = false;
     this.log("notice", text, "");
@@ -174,7 +173,7 @@ class Page {
   // Sent once. Where nothing comes back nobody knows, and that is said.
   async command(what) {
     const id = Array.from(crypto.getRandomValues(new Uint8Array(12)), byte => byte.toString(16).padStart(2, "0")).join("");
-    const asked = what.register ? `${what.do} ${what.register} ${what.value}` : what.do;
+    const asked = [what.do, what.register, what.value, what.event, what.ratio].filter(word => word !== undefined).join(" ");
     this.showOutcome(`${asked}: asked …`, "");
     try {
       const answer = await this.ask("/command", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ id, ...what }) });
@@ -246,6 +245,8 @@ class Page {
     addEventListener("keydown", event => {
       if (event.key === "Escape" && !event.repeat) this.command({ do: "stop" });
     }, { capture: true });
+    makeKnobs(byId("knobs"), event => this.command({ do: "event", event }));
+    byId("speed").addEventListener("change", () => this.command({ do: "speed", ratio: Number(byId("speed").value) }));
     byId("notice_seen").addEventListener("click", () => { byId("notice").hidden = true; });
     byId("follow").addEventListener("click", () => { this.chart.follow = true; });
     byId("find").addEventListener("input", () => {

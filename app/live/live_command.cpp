@@ -13,19 +13,24 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "app/chip/connection_options.hpp"
+#include "app/chip/scenario_file.hpp"
 #include "app/live/access.hpp"
 #include "app/live/bench.hpp"
 #include "app/live/chip_source.hpp"
 #include "app/live/feed.hpp"
 #include "app/live/samples.hpp"
 #include "app/live/server.hpp"
+#include "app/live/virtual_source.hpp"
+#include "app/number_range.hpp"
 #include "app/verbs.hpp"
 #include "base/error.hpp"
 #include "base/terminal.hpp"
 #include "cmodel/spec.hpp"
+#include "tb/scenario/scenario.hpp"
 
 namespace meltstage::app {
 namespace {
@@ -33,10 +38,15 @@ namespace {
 // A line is called lost after three times as long without an answer.
 constexpr double kTimeout_s = 0.3;
 
+// Of --simulate: a head on which nothing happens by itself.
+constexpr std::string_view kColdHead = "default";
+
 struct Options {
   AskedConnection line;
   std::string listen = "127.0.0.1:8123";
   std::filesystem::path token;
+  std::string scenario;  // empty: a chip on a port
+  double speed = 1.0;
 };
 
 // What the page names.
@@ -63,6 +73,12 @@ void serve(live::Source& source, const live::Address& address, const std::option
   throw std::runtime_error("the server can't listen any more, expected the system to let it; start it again");
 }
 
+std::unique_ptr<live::Source> make_source(const Options& options) {
+  if (options.scenario.empty()) return std::make_unique<live::ChipSource>(options.line.checked());
+  const std::string text = options.scenario == kColdHead ? "" : scenario_text(options.scenario);
+  return std::make_unique<live::VirtualSource>(tb::parse_scenario(text).scenario, options.speed);
+}
+
 int live_bench(const Options& options) {
   const live::Address address = live::parse_address(options.listen);
   std::optional<std::string> token;
@@ -72,10 +88,10 @@ int live_bench(const Options& options) {
         fmt::format("--listen: found {}, which others reach, expected a loopback address; give --token FILE "
                     "with a secret of 16 characters or more",
                     options.listen));
-  live::ChipSource source(options.line.checked());
+  const std::unique_ptr<live::Source> source = make_source(options);
   catch_interrupts();
   try {
-    serve(source, address, token);
+    serve(*source, address, token);
   } catch (const Interrupted&) {
   }
   return 0;
@@ -87,13 +103,24 @@ Action add_live_command(CLI::App& cli, const std::string&) {
   CLI::App* command = cli.add_subcommand("live", "Show and operate a chip in a browser (docs/start/live.md)");
   const auto options = std::make_shared<Options>();
   options->line.connection.timeout_s = kTimeout_s;
-  add_connection(command, options->line)->required();
+  CLI::Option* port = add_connection(command, options->line);
+  CLI::Option* simulate = command->add_option(
+      "--simulate", options->scenario,
+      "Instead of --port: the virtual chip, with the events of this scenario; `default` has none");
+  command->add_option("--speed", options->speed, "Chip time over real time of the virtual chip (default 1)")
+      ->needs(simulate)
+      ->check(number_from(0.0, live::kFastest));
+  simulate->excludes(port);
   command->add_option("--listen", options->listen,
                       "ADDRESS:PORT to serve the page at, port 0 for a free one (default 127.0.0.1:8123)");
   command->add_option(
       "--token", options->token,
       "File with a secret that each request must bring; without it only this machine is served");
-  return [=] { return live_bench(*options); };
+  return [=] {
+    if (!*port && !*simulate)
+      throw UserError("live: found neither --port nor --simulate, expected one of them");
+    return live_bench(*options);
+  };
 }
 
 }  // namespace meltstage::app

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -34,6 +35,8 @@ class Source {
   /// Does it once, and returns what was done. Throws UserError before anything is sent, host::NoAnswer when
   /// it may have been done, host::BusError when the chip refuses.
   virtual std::string carry_out(const Command& command) = 0;
+  /// What stands around a virtual chip, as it was set last: {"speed": "1", "sensor": "open"}.
+  virtual std::map<std::string, std::string> around() const { return {}; }
 };
 
 }  // namespace meltstage::app::live
