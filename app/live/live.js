@@ -138,7 +138,7 @@ class Page {
   }
 
   showAnswer({ asked, outcome, text }) {
-    this.log(typeset(asked), typeset(`${outcome}, ${text}`), outcome === "done" ? "" : "bad");
+    this.log(typeset(asked), typeset(text ? `${outcome}, ${text}` : outcome), outcome === "done" ? "" : "bad");
   }
 
   log(asked, answer, className) {

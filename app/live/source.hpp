@@ -32,8 +32,8 @@ class Source {
   virtual double now_s() = 0;
   /// Words of these registers. Throws host::BusError.
   virtual std::vector<std::uint16_t> read(std::span<const host::Register* const> wanted) = 0;
-  /// Does it once, and returns what was done. Throws UserError before anything is sent, host::NoAnswer when
-  /// it may have been done, host::BusError when the chip refuses.
+  /// Does it once, and returns what there is to say beyond that. Throws UserError before anything is sent,
+  /// host::NoAnswer when it may have been done, host::BusError when the chip refuses.
   virtual std::string carry_out(const Command& command) = 0;
   /// What stands around a virtual chip, as it was set last: {"speed": "1", "sensor": "open"}.
   virtual std::map<std::string, std::string> around() const { return {}; }

@@ -103,14 +103,14 @@ std::string VirtualSource::carry_out(const std::string& text) {
   answer_.reset();
   run_.until(run_.cycle());
   take_log();
-  if (!answer_ && run_.unanswered().size() == unanswered) return "done";  // to the bench, not to the chip
+  if (!answer_ && run_.unanswered().size() == unanswered) return "";  // to the bench, not to the chip
   for (const std::uint64_t end = run_.cycle() + kLongestAnswer; !answer_ && run_.cycle() < end;) {
     run_.until(run_.cycle() + kStep);
     take_log();
   }
-  if (!answer_ || answer_->failed)
-    throw host::BusError(fmt::format("{}", answer_ ? answer_->answer : "no answer"));
-  return answer_->answer;
+  if (!answer_) throw host::BusError("no answer");
+  if (answer_->failed) throw host::BusError(answer_->answer);
+  return answer_->answer == "done" ? "" : answer_->answer;
 }
 
 }  // namespace meltstage::app::live

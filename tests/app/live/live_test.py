@@ -385,6 +385,41 @@ def two_clients() -> None:
     operate(body)
 
 
+def virtual() -> None:
+    """The chip within the server: its time, and what stands around it."""
+    with tempfile.TemporaryDirectory() as name:
+        scenario = pathlib.Path(name) / "scenario.txt"
+        scenario.write_text("1 set SETPOINT 60;1.2 run;1.3 fan 0.1")
+        for arguments in [("--simulate", "default", "--port", "tc"), ("--simulate", "none"), ("--simulate", "default", "--speed", "-1"), ("--simulate", "default", "--speed", "nan"),
+                          ("--port", "tc", "--speed", "2")]:
+            said = command("live", *arguments, status=2)
+            assert said.count("\n") == 1, said
+        with Live("--simulate", str(scenario), "--speed", "20") as live, Browser() as browser:
+            browser.open(f"http://{live.host}/")
+            browser.until("return parseFloat(document.getElementById('temperature_now').textContent) > 30", "the scenario heats", 20)
+            assert browser.run("return [document.getElementById('speed').value, document.getElementById('knob_fan').value]") == ["20", "0.1"]
+            browser.choose("#speed", "0")
+            browser.until("return document.getElementById('outcome').textContent.includes('hold the time: done')", "time stands", 5)
+            before = browser.text("#temperature_now")
+            status, said = live.post({"do": "stop"})
+            assert status == 409 and "time stands" in said, said
+            time.sleep(0.6)
+            assert browser.text("#temperature_now") == before
+            browser.choose("#speed", "10")
+            browser.choose("#knob_sensor", "open")
+            fault = browser.until("return document.getElementById('faults').textContent", "the fault", 10)
+            assert re.match(r"SensorFault: .*Next: ", fault), fault
+            press(browser, "#run")
+            browser.until("return document.getElementById('outcome').textContent.includes('run: refused')", "a refusal", 5)
+            for event, status in [("sensor gone", 409), ("set T_MAX 9999", 409), ("try set SETPOINT 480", 409), ("set SETPOINT 55", 200), ("sensor sound", 200), ("frame 05", 409)]:
+                assert live.post({"do": "event", "event": event})[0] == status, event
+            assert live.post({"do": "speed", "ratio": 1e6})[0] == 400
+            browser.choose("#knob_reset", "on")
+            notice = browser.until("return document.getElementById('notice_text').textContent", "the reset is told", 5)
+            assert "The chip was reset" in notice, notice
+            assert [error for error in browser.errors() if " 409 " not in error] == []
+
+
 def token() -> None:
     with tempfile.TemporaryDirectory() as name, Chip(pathlib.Path(name)) as chip:
         file = pathlib.Path(name) / "token"
@@ -460,17 +495,20 @@ def looks() -> None:
         live.post({"do": "set", "register": "SETPOINT", "value": 90})
         live.post({"do": "run"})
         assert live.post({"do": "set", "register": "T_MIN", "value": 60})[0] == 200  # a fault: it is colder
-        for name, width, dark in [("wide", 1280, False), ("dark", 1280, True), ("narrow", 800, False), ("narrow_dark", 800, True), ("lost", 800, False), ("lost_dark", 1280, True)]:
-            if name == "lost":
-                chip.unplug()
-            with Browser(width, 1500, dark) as browser:
+        with Browser() as browser:
+            for name, width, dark in [("wide", 1280, False), ("dark", 1280, True), ("narrow", 800, False), ("narrow_dark", 800, True), ("lost", 800, False), ("lost_dark", 1280, True)]:
+                if name == "lost":
+                    chip.unplug()
+                browser.call("POST", "/goog/cdp/execute", {"cmd": "Emulation.setDeviceMetricsOverride", "params": {"width": width, "height": 1500, "deviceScaleFactor": 1, "mobile": False}})
+                browser.call("POST", "/goog/cdp/execute", {"cmd": "Emulation.setEmulatedMedia", "params": {"features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]}})
                 browser.open(f"http://{live.host}/")
                 browser.until("return document.getElementById('temperature_now').textContent.includes('°C')", "a temperature", 10)
                 fault = browser.until("return document.getElementById('faults').textContent", "the fault", 10)
                 assert re.match(r"UnderTemp: .*Limit: T_MIN 60 °C.* Next: ", fault), fault
                 if name.startswith("lost"):
                     browser.until("return document.getElementById('connection').textContent === 'Lost.'", "lost", 5)
-                    assert name == "lost" or browser.text("#age") == "no answer since this page was opened", browser.text("#age")
+                if name == "lost_dark":
+                    browser.until("return document.getElementById('age').textContent === 'no answer since this page was opened'", "no age of a reading from before", 2)
                 low = browser.run(LOW_CONTRAST)
                 assert low == [], f"{name}: {low}"
                 wide = browser.run("return [document.documentElement.scrollWidth, innerWidth]")
