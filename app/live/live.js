@@ -6,6 +6,7 @@ const mostLogRows = 400;
 const mostRows = 400_000;  // a day and more, four a second
 const staleAfter_ms = 3000;
 const token = new URLSearchParams(location.search).get("token");
+const runColors = ["--path", "--heater", "--good", "--muted"];  // of as many earlier runs
 const shownCurves = curves.filter(curve => ["reading", "set-point", "duty"].includes(curve.name));
 
 // Samples in one piece, as the chart takes them; the older half goes when it is full.
@@ -42,11 +43,30 @@ class Rows {
   }
 }
 
+// The chart with earlier runs behind it.
+class LiveChart extends TemperatureChart {
+  // [{ name, rows, color }]; `begin` is when heating began in this run, if it has.
+  showRuns(runs, begin) {
+    const datasets = this.chart.data.datasets;
+    datasets.length = this.curves.length;
+    for (const { name, rows, color } of runs) {
+      const shift = begin === undefined ? 0 : begin - (heatingBegins(rows) ?? begin);
+      datasets.push({ label: name, data: rows.map(([time, temperature]) => ({ x: time + shift, y: temperature ?? NaN })), pointRadius: 0,
+        yAxisID: "temperature", borderWidth: 1.5, borderDash: [2, 3], fill: false,
+        borderColor: getComputedStyle(document.documentElement).getPropertyValue(color).trim() });
+    }
+    this.stale = true;
+  }
+}
+
+const heatingBegins = rows => rows.find(([, , , duty]) => duty > 0)?.[0];
+
 class Page {
   constructor() {
     this.rows = new Rows();
-    this.chart = new TemperatureChart(byId("temperature"), shownCurves, () => {});
+    this.chart = new LiveChart(byId("temperature"), shownCurves, () => {});
     this.connected = false;
+    this.runs = [];  // in the chart
     this.makeRegisters();
     this.listenToPerson();
     this.listenToServer();
@@ -65,6 +85,7 @@ class Page {
     on("faults", this.showFaults);
     on("notice", this.showNotice);
     on("around", this.showAround);
+    on("kept", this.showKept);
     on("answer", this.showAnswer);
     source.addEventListener("error", () => {
       this.showConnection({ connected: false, text: "the server of this page does not answer, or refuses: it has ended, too many pages are open, or the token is another one" });
@@ -74,12 +95,15 @@ class Page {
   }
 
   async begin(about) {
+    this.listed = false;  // it may be another server
     byId("place").textContent = about.place;
     byId("bench").hidden = !about.virtual;
     byId("states").replaceChildren(...about.states.map(name => element("li", name)));
     const samples = await (await this.ask("/samples")).json();
     this.rows.clear();
     for (const row of samples) this.rows.add(...row);
+    this.heatingBegan = heatingBegins(samples);
+    this.overlay();
     this.chart.draw(this.rows, this.rows.newest);
   }
 
@@ -93,6 +117,10 @@ class Page {
   }
 
   showReading(reading) {
+    if (this.heatingBegan === undefined && reading.duty > 0) {
+      this.heatingBegan = reading.time_s;
+      this.overlay();
+    }
     if (this.connected) this.answered = performance.now();  // a page that opens later hears the last reading, too
     this.rows.add(reading.time_s, reading.temperature, reading.setpoint, reading.duty);
     const degrees = value => value === null ? "–" : `${value.toFixed(2)} °C`;
@@ -129,6 +157,65 @@ class Page {
     list.value = speed;
     for (const [word, value] of Object.entries(around)) turnKnob(`${word} ${value}`);
   }
+
+  // ---- earlier runs
+
+  async showKept({ name, problem }) {
+    byId("history").hidden = false;
+    byId("kept").textContent = problem ? `This run can not be kept: ${problem}. It goes on, and so does the page; what is missing in ${name} stays missing.`
+      : `This run is kept as ${name}.`;
+    byId("kept").className = problem ? "bad" : "";
+    if (this.listed) return;
+    this.listed = true;
+    this.runs = [];
+    this.overlay();
+    const runs = (await (await this.ask("/runs")).json()).filter(run => run.name !== name);
+    byId("runs").tBodies[0].replaceChildren(...runs.map(run => this.runLine(run.name)));
+  }
+
+  runLine(name) {
+    const line = element("tr"), label = element("label"), box = document.createElement("input");
+    box.type = "checkbox";
+    box.addEventListener("change", () => this.chooseRun(box, name, line));
+    label.append(box, ` ${name.replace(/^run_|\.csv$/g, "").replace("_", " ")}`);
+    const first = element("td");
+    first.append(label);
+    line.append(first, ...Array.from({ length: 4 }, () => element("td", "", "number")));
+    return line;
+  }
+
+  async chooseRun(box, name, line) {
+    this.runs = this.runs.filter(run => run.name !== name);
+    if (box.checked) {
+      const used = this.runs.map(run => run.color);
+      const color = runColors.find(one => !used.includes(one));
+      if (!color) {
+        box.checked = false;
+        byId("kept").textContent = `${runColors.length} runs are in the chart, no more fit; take one out first.`;
+        return;
+      }
+      const run = { name, rows: [], color };
+      this.runs.push(run);
+      run.rows = await (await this.ask(`/runs/${name}`)).json();
+      this.tellFigures(line, run.rows);
+    }
+    this.overlay();
+  }
+
+  tellFigures(line, rows) {
+    const temperatures = rows.map(row => row[1]).filter(value => value !== null), duties = rows.map(row => row[3]).filter(value => value !== null);
+    const figures = rows.length < 2 || !temperatures.length ? ["–", "–", "–", "–"]
+      : [`${(rows.at(-1)[0] - rows[0][0]).toFixed(0)} s`, `${Math.max(...temperatures).toFixed(2)} °C`, `${temperatures.at(-1).toFixed(2)} °C`,
+         `${(duties.reduce((sum, duty) => sum + duty, 0) / duties.length).toFixed(1)} %`];
+    figures.forEach((figure, i) => { line.cells[i + 1].textContent = figure; });
+  }
+
+  overlay() {
+    this.chart.showRuns(this.runs, this.heatingBegan);
+    this.chart.draw(this.rows, this.rows.newest);
+  }
+
+  // ---- what is told
 
   showNotice({ text, changed }) {
     const list = changed.map(change => typeset(change).replace("->", "→")).join(", ");

@@ -15,6 +15,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #include "app/chip/connection_options.hpp"
 #include "app/chip/scenario_file.hpp"
@@ -22,6 +23,7 @@
 #include "app/live/bench.hpp"
 #include "app/live/chip_source.hpp"
 #include "app/live/feed.hpp"
+#include "app/live/run_files.hpp"
 #include "app/live/samples.hpp"
 #include "app/live/server.hpp"
 #include "app/live/virtual_source.hpp"
@@ -44,8 +46,10 @@ constexpr std::string_view kColdHead = "default";
 struct Options {
   AskedConnection line;
   std::string listen = "127.0.0.1:8123";
-  std::filesystem::path token;
-  std::string scenario;  // empty: a chip on a port
+  std::filesystem::path token_file;
+  std::optional<std::string> token;  // the file's
+  std::filesystem::path keep;        // folder of runs; empty: none is kept
+  std::string scenario;              // empty: a chip on a port
   double speed = 1.0;
 };
 
@@ -57,14 +61,36 @@ std::string about_json(const live::Source& source) {
       -1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-void serve(live::Source& source, const live::Address& address, const std::optional<std::string>& token) {
+// Told when it changes: whether the run is kept.
+std::string kept_json(const live::RunFile& file, const std::string& problem) {
+  return nlohmann::json{{"name", file.name()}, {"problem", problem}}.dump();
+}
+
+void serve(live::Source& source, const live::Address& address, const Options& options) {
   live::Samples samples;
   live::Feed feed;
   feed.tell_state("about", about_json(source));
-  live::Bench bench(source, feed, [&](const live::Sample& sample) { samples.add(sample); });
-  const live::Server server(address, token, feed, bench, {{"/samples", [&] { return samples.json(); }}});
+  std::optional<live::RunFile> file;
+  live::Documents documents{{"/samples", [&](const std::string&) { return samples.json(); }}};
+  if (!options.keep.empty()) {
+    file.emplace(options.keep);
+    feed.tell_state("kept", kept_json(*file, ""));
+    documents["/runs"] = [&](const std::string&) { return live::runs_json(options.keep); };
+    documents[fmt::format("/runs/({})", live::kRunName)] = [&](const std::string& name) {
+      return live::run_json(options.keep, name);
+    };
+  }
+  std::string problem;
+  const auto keep = [&](const live::Sample& sample) {
+    samples.add(sample);
+    if (!file) return;
+    const std::string now = file->add(sample);
+    if (now != std::exchange(problem, now)) feed.tell_state("kept", kept_json(*file, problem));
+  };
+  live::Bench bench(source, feed, keep);
+  const live::Server server(address, options.token, feed, bench, std::move(documents));
   fmt::print("{}: http://{}/{}; ends with Ctrl-C\n", source.place(), authority(server.address()),
-             token ? "?token=..." : "");
+             options.token ? "?token=..." : "");
   std::fflush(stdout);
   while (!server.ended()) {
     throw_if_interrupted();
@@ -79,11 +105,10 @@ std::unique_ptr<live::Source> make_source(const Options& options) {
   return std::make_unique<live::VirtualSource>(tb::parse_scenario(text).scenario, options.speed);
 }
 
-int live_bench(const Options& options) {
+int live_bench(Options options) {
   const live::Address address = live::parse_address(options.listen);
-  std::optional<std::string> token;
-  if (!options.token.empty()) token = live::read_token(options.token);
-  if (!address.loopback && !token)
+  if (!options.token_file.empty()) options.token = live::read_token(options.token_file);
+  if (!address.loopback && !options.token)
     throw UserError(
         fmt::format("--listen: found {}, which others reach, expected a loopback address; give --token FILE "
                     "with a secret of 16 characters or more",
@@ -91,7 +116,7 @@ int live_bench(const Options& options) {
   const std::unique_ptr<live::Source> source = make_source(options);
   catch_interrupts();
   try {
-    serve(*source, address, token);
+    serve(*source, address, options);
   } catch (const Interrupted&) {
   }
   return 0;
@@ -111,10 +136,12 @@ Action add_live_command(CLI::App& cli, const std::string&) {
       ->needs(simulate)
       ->check(number_from(0.0, live::kFastest));
   simulate->excludes(port);
+  command->add_option("--keep", options->keep,
+                      "Folder in which each run is kept as CSV, to be compared later");
   command->add_option("--listen", options->listen,
                       "ADDRESS:PORT to serve the page at, port 0 for a free one (default 127.0.0.1:8123)");
   command->add_option(
-      "--token", options->token,
+      "--token", options->token_file,
       "File with a secret that each request must bring; without it only this machine is served");
   return [=] {
     if (!*port && !*simulate)

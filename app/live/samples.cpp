@@ -12,6 +12,11 @@ std::string json_number(double value) { return std::isnan(value) ? "null" : fmt:
 
 }  // namespace
 
+std::string sample_json(const Sample& sample) {
+  return fmt::format("[{:.3f},{},{},{}]", sample.time_s, json_number(sample.temperature_degc),
+                     json_number(sample.setpoint_degc), json_number(sample.duty_percent));
+}
+
 void Samples::add(const Sample& sample) {
   const std::lock_guard lock(mutex_);
   samples_.push_back(sample);
@@ -21,10 +26,7 @@ void Samples::add(const Sample& sample) {
 std::string Samples::json() const {
   const std::lock_guard lock(mutex_);
   std::string rows;
-  for (const Sample& s : samples_)
-    rows +=
-        fmt::format("{}[{:.3f},{},{},{}]", rows.empty() ? "" : ",", s.time_s, json_number(s.temperature_degc),
-                    json_number(s.setpoint_degc), json_number(s.duty_percent));
+  for (const Sample& sample : samples_) rows += (rows.empty() ? "" : ",") + sample_json(sample);
   return "[" + rows + "]";
 }
 

@@ -10,13 +10,16 @@
 
 namespace meltstage::app::live {
 
+/// [time_s, temperature, set-point, duty], null for what isn't there.
+std::string sample_json(const Sample& sample);
+
 class Samples {
  public:
   /// An hour, four a second.
   static constexpr std::size_t kMostKept = 14'400;
 
   void add(const Sample& sample);
-  /// [[time_s, temperature or null, set-point, duty], ...], oldest first.
+  /// [...] of sample_json(), oldest first.
   std::string json() const;
 
  private:

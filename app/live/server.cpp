@@ -17,8 +17,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kOk = 200, kAccepted = 202, kBadRequest = 400, kConflict = 409, kUnavailable = 503,
-              kSilent = 504;
+constexpr int kOk = 200, kAccepted = 202, kBadRequest = 400, kNotFound = 404, kConflict = 409,
+              kUnavailable = 503, kSilent = 504;
 constexpr std::size_t kMostConnections = Feed::kMostListeners + 32;
 // A client that sends or takes nothing for so long is dropped.
 constexpr auto kPatience = 5s;
@@ -144,8 +144,13 @@ void Server::answer_requests() {
     response.set_content(page_text::kPage, sizeof(page_text::kPage) - 1, "text/html; charset=utf-8");
   });
   for (const auto& [path, document] : documents_)
-    http_->Get(path, [&make = document](const Request&, Response& response) {
-      response.set_content(make(), "application/json");
+    http_->Get(path, [&make = document](const Request& request, Response& response) {
+      try {
+        response.set_content(make(request.matches.size() > 1 ? request.matches[1].str() : ""),
+                             "application/json");
+      } catch (const UserError& none) {
+        say(response, kNotFound, none.what());
+      }
     });
   http_->Get("/events", [this](const Request& request, Response& response) { stream(request, response); });
   http_->Post("/command", [this](const Request& request, Response& response) { command(request, response); });

@@ -22,8 +22,9 @@ class Server;
 
 namespace meltstage::app::live {
 
-/// JSON that is asked for by a path, made anew each time.
-using Documents = std::map<std::string, std::function<std::string()>>;
+/// JSON that is asked for by a path, made anew each time. The path is a regular expression; what its group
+/// matched is handed over, empty without one. A UserError is told as "not found".
+using Documents = std::map<std::string, std::function<std::string(const std::string& matched)>>;
 
 class Server {
  public:

@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+import resource
 import signal
 import socket
 import subprocess
@@ -76,12 +77,14 @@ class Chip:
 class Live:
     """The server; a context manager."""
 
-    def __init__(self, *arguments: str, listen: str = "127.0.0.1:0") -> None:
-        self.process = subprocess.Popen([MELTSTAGE, "live", "--listen", listen, *arguments], stdout=subprocess.PIPE, text=True)
+    def __init__(self, *arguments: str, listen: str = "127.0.0.1:0", largest_file: int = resource.RLIM_INFINITY) -> None:
+        limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))  # noqa: E731
+        self.process = subprocess.Popen([MELTSTAGE, "live", "--listen", listen, *arguments], stdout=subprocess.PIPE, text=True, preexec_fn=limit)
         line = self.process.stdout.readline()
         self.host = re.search(r"http://([^/]+)/", line).group(1)
         self.port = int(self.host.rsplit(":", 1)[1])
         self.ids = 0
+        self.expected = 0  # exit status
 
     def ask(self, method: str, path: str, body: str | bytes | None = None, headers: dict | None = None) -> tuple[int, str]:
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
@@ -112,7 +115,7 @@ class Live:
     def __exit__(self, *_: object) -> None:
         self.process.terminate()
         ended = self.process.wait(30)
-        assert ended == 0, f"exit status {ended}"
+        assert ended == self.expected, f"exit status {ended}, expected {self.expected}"
 
 
 class Events:
@@ -418,6 +421,50 @@ def virtual() -> None:
             notice = browser.until("return document.getElementById('notice_text').textContent", "the reset is told", 5)
             assert "The chip was reset" in notice, notice
             assert [error for error in browser.errors() if " 409 " not in error] == []
+
+
+def kept() -> None:
+    """Runs in a folder, one laid over another; a full disk; files that are none."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name) / "runs"
+        virtual_run = ("--simulate", "default", "--speed", "20", "--keep", str(folder))
+        with Live(*virtual_run) as live:
+            live.post({"do": "set", "register": "SETPOINT", "value": 60})
+            live.post({"do": "run"})
+            until(lambda: len(json.loads(live.ask("GET", "/samples")[1])) > 10, "samples")
+            live.process.kill()  # nothing of what was told is lost
+            live.expected = -signal.SIGKILL
+        first, = folder.iterdir()
+        lines = first.read_text().splitlines(keepends=True)
+        assert lines[0] == "time_s,temperature_degc,setpoint_degc,duty_percent\n" and len(lines) > 10, lines
+        assert all(re.fullmatch(r"\d+\.\d{3}(,(-?\d+\.\d{3})?){3}\n", line) for line in lines[1:]), lines
+        (folder / "run_2020-01-01_000000.csv").symlink_to("/etc/passwd")
+        hostile = "time_s\n1,2,3,4\n1,2,3\n1,2,3,4,5\nnan,1,1,1\n,,,\n2,,,\n" + "9" * 5000 + "\n3,1e99,1,1\n4,5,6,7\n\x00\xff,,,\n8,8,8,8"
+        (folder / "run_2020-01-02_000000.csv").write_text(hostile)
+        (folder / "notes.txt").write_text("not a run")
+        with Live(*virtual_run) as live, Browser() as browser:
+            status, rows = live.ask("GET", "/runs/run_2020-01-02_000000.csv")
+            assert status == 200 and json.loads(rows) == [[1, 2, 3, 4], [2, None, None, None], [4, 5, 6, 7]], rows
+            for path in ("/runs/run_2020-01-01_000000.csv", "/runs/../notes.txt", "/runs/notes.txt", "/runs/..%2f..%2fetc%2fpasswd", "/runs/run_2020-01-03_000000.csv", "/runs/"):
+                assert live.ask("GET", path)[0] == 404, path
+            browser.open(f"http://{live.host}/")
+            shown = browser.until("return Array.from(document.querySelectorAll('#runs label'), label => label.textContent.trim())", "earlier runs", 10)
+            until(lambda: browser.run("return document.querySelectorAll('#runs input').length") == 3, f"three runs, found {shown}")
+            press(browser, "#runs tbody tr:first-child input")
+            figures = browser.until("const cells = document.querySelector('#runs tbody tr').cells; return cells[2].textContent && Array.from(cells, cell => cell.textContent)", "its figures", 5)
+            assert float(figures[2].split()[0]) > 25 and float(figures[4].split()[0]) > 10, figures
+            curves = browser.run("return Chart.getChart(document.getElementById('temperature')).data.datasets.map(set => [set.label, set.data.length])")
+            assert len(curves) == 4 and curves[3][1] > 8, curves
+        with Live(*virtual_run, largest_file=200) as live:
+            events = connected(live)
+            problem = events.until("kept", lambda data: data["problem"], "a full disk is told", 5)["problem"]
+            assert "File too large" in problem or "no room" in problem, problem
+            count = len(events.of("reading"))
+            until(lambda: len(events.of("reading")) > count + 2, "it goes on")
+        newest = max(folder.glob("run_*.csv"))
+        assert newest.read_bytes().endswith(b"\n") and newest.stat().st_size <= 200, newest.read_bytes()
+        said = command("live", "--simulate", "default", "--keep", str(folder / "notes.txt"), status=2)
+        assert "expected a folder" in said and said.count("\n") == 1, said
 
 
 def token() -> None:
