@@ -51,7 +51,7 @@ class LiveChart extends TemperatureChart {
     datasets.length = this.curves.length;
     for (const { name, rows, color } of runs) {
       const shift = begin === undefined ? 0 : begin - (heatingBegins(rows) ?? begin);
-      datasets.push({ label: name, data: rows.map(([time, temperature]) => ({ x: time + shift, y: temperature ?? NaN })), pointRadius: 0,
+      datasets.push({ label: runTitle(name), data: rows.map(([time, temperature]) => ({ x: time + shift, y: temperature ?? NaN })), pointRadius: 0,
         yAxisID: "temperature", borderWidth: 1.5, borderDash: [2, 3], fill: false,
         borderColor: getComputedStyle(document.documentElement).getPropertyValue(color).trim() });
     }
@@ -59,6 +59,9 @@ class LiveChart extends TemperatureChart {
   }
 }
 
+// "run_2026-01-31_235959_2.csv": "2026-01-31 23:59:59 (2)".
+const runTitle = name => name.replace(/^run_(.*)_(\d\d)(\d\d)(\d\d)(?:_(\d+))?\.csv$/, (_, date, hour, minute, second, number) =>
+  `${date} ${hour}:${minute}:${second}${number ? ` (${number})` : ""}`);
 const heatingBegins = rows => rows.find(([, , , duty]) => duty > 0)?.[0];
 
 class Page {
@@ -177,7 +180,7 @@ class Page {
     const line = element("tr"), label = element("label"), box = document.createElement("input");
     box.type = "checkbox";
     box.addEventListener("change", () => this.chooseRun(box, name, line));
-    label.append(box, ` ${name.replace(/^run_|\.csv$/g, "").replace("_", " ")}`);
+    label.append(box, ` ${runTitle(name)}`);
     const first = element("td");
     first.append(label);
     line.append(first, ...Array.from({ length: 4 }, () => element("td", "", "number")));

@@ -296,6 +296,8 @@ def operated() -> None:
             browser.until("return document.getElementById('outcome').className === 'bad'", "a refusal by the chip", 5)
             log = browser.run("return Array.from(document.querySelectorAll('#log td:last-child'), cell => cell.textContent)")
             assert len(log) == 5 and "refused" in log[0] and log[4] == "set SETPOINT 87.5 °C: done, SETPOINT is 87.5 °C", log
+            count, size = browser.run("const rows = new Rows(); for (let i = 0; i < 900_000; ++i) rows.add(i / 4, 20, 30, 40); return [rows.count, rows.data.byteLength]")
+            assert 200_000 <= count <= 400_000 and size < 50_000_000, f"{count} rows, {size} bytes in a page that is left open for days"
             assert browser.run("return performance.getEntriesByType('resource').every(entry => entry.name.startsWith(location.origin))")
             assert [error for error in browser.errors() if " 409 " not in error] == []
     operate(body)
