@@ -79,7 +79,7 @@ class Page {
   // ---- from the server
 
   listenToServer() {
-    const source = new EventSource("/events" + (token ? `?token=${encodeURIComponent(token)}` : ""));
+    const source = this.source = new EventSource("/events" + (token ? `?token=${encodeURIComponent(token)}` : ""));
     const on = (name, act) => source.addEventListener(name, event => act.call(this, JSON.parse(event.data)));
     on("about", this.begin);
     on("connection", this.showConnection);
@@ -93,7 +93,7 @@ class Page {
     source.addEventListener("error", () => {
       this.showConnection({ connected: false, text: "the server of this page does not answer, or refuses: it has ended, too many pages are open, or the token is another one" });
       if (source.readyState !== EventSource.CLOSED) return;  // it tries again by itself
-      setTimeout(() => this.listenToServer(), 3000);
+      setTimeout(() => { if (!document.hidden && source === this.source) this.listenToServer(); }, 3000);
     });
   }
 
@@ -136,7 +136,7 @@ class Page {
     if (reading.present.length) said.push(`present now: ${reading.present.join(", ")}`);
     byId("condition").textContent = said.join("; ") + ".";
     for (const item of byId("states").children) item.classList.toggle("lit", item.textContent === reading.state);
-    if (!document.hidden) this.chart.draw(this.rows, this.rows.newest);
+    this.chart.draw(this.rows, this.rows.newest);
     this.showStale();
   }
 
@@ -338,6 +338,11 @@ class Page {
     makeKnobs(byId("knobs"), event => this.command({ do: "event", event }));
     byId("speed").addEventListener("change", () => this.command({ do: "speed", ratio: Number(byId("speed").value) }));
     byId("notice_seen").addEventListener("click", () => { byId("notice").hidden = true; });
+    // A browser has few connections to a server, and one of them must be left for Stop, however many tabs there are.
+    document.addEventListener("visibilitychange", () => {
+      this.source.close();
+      if (!document.hidden) this.listenToServer();
+    });
     byId("follow").addEventListener("click", () => { this.chart.follow = true; });
     byId("find").addEventListener("input", () => {
       const words = byId("find").value.toLowerCase();

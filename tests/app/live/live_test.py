@@ -376,6 +376,11 @@ def two_clients() -> None:
             assert live.post({"do": "set", "register": "SETPOINT", "value": 44})[0] == 200
             assert "44" in browser.until("return document.getElementById('log').textContent", "what another client asked", 5)
             browser.until("return document.getElementById('setpoint_now').textContent.startsWith('44.0')", "the new set-point", 5)
+            look = "Object.defineProperty(document, 'hidden', {value: arguments[0], configurable: true}); document.dispatchEvent(new Event('visibilitychange'));"
+            browser.run(look, True)
+            browser.until("return document.body.classList.contains('stale')", "a tab that nobody looks at doesn't listen", 6)
+            browser.run(look, False)
+            browser.until("return !document.body.classList.contains('stale')", "and is up to date when it is looked at", 2)
         until(lambda: len(b.of("answer")) == 1 and len(b.of("reading")) >= 8, "readings")
         common = sorted(set(a.ids) & set(b.ids))
         by_id = [dict(zip(events.ids, events.got)) for events in (a, b)]

@@ -22,7 +22,8 @@ using testing::HasSubstr;
 TEST(Feed, DropsWhoIsTooFarBehind) {
   Feed feed;
   const auto slow = feed.listen(""), quick = feed.listen("");
-  slow->next(0ms), quick->next(0ms);  // what the stream begins with
+  slow->next(0ms);  // what the stream begins with
+  quick->next(0ms);
   for (std::size_t i = 0; i <= Feed::kMostKept; ++i) {
     feed.tell("reading", std::to_string(i));
     const auto heard = quick->next(0ms);
