@@ -66,7 +66,8 @@ std::string kept_json(const live::RunFile& file, const std::string& problem) {
   return nlohmann::json{{"name", file.name()}, {"problem", problem}}.dump();
 }
 
-void serve(live::Source& source, const live::Address& address, const Options& options) {
+void serve(live::Source& source, live::Listener listener, const Options& options) {
+  const std::string where = authority(listener.address);
   live::Samples samples;
   live::Feed feed;
   feed.tell_state("about", about_json(source));
@@ -88,8 +89,8 @@ void serve(live::Source& source, const live::Address& address, const Options& op
     if (now != std::exchange(problem, now)) feed.tell_state("kept", kept_json(*file, problem));
   };
   live::Bench bench(source, feed, keep);
-  const live::Server server(address, options.token, feed, bench, std::move(documents));
-  fmt::print("{}: http://{}/{}; ends with Ctrl-C\n", source.place(), authority(server.address()),
+  const live::Server server(std::move(listener), options.token, feed, bench, std::move(documents));
+  fmt::print("{}: http://{}/{}; ends with Ctrl-C\n", source.place(), where,
              options.token ? "?token=..." : "");
   std::fflush(stdout);
   while (!server.ended()) {
@@ -113,10 +114,11 @@ int live_bench(Options options) {
         fmt::format("--listen: found {}, which others reach, expected a loopback address; give --token FILE "
                     "with a secret of 16 characters or more",
                     options.listen));
+  live::Listener listener(address);
   const std::unique_ptr<live::Source> source = make_source(options);
   catch_interrupts();
   try {
-    serve(*source, address, options);
+    serve(*source, std::move(listener), options);
   } catch (const Interrupted&) {
   }
   return 0;

@@ -78,22 +78,6 @@ int status_of(Outcome outcome) {
   return kUnavailable;
 }
 
-// The address with the port that was to be had.
-Address bound(httplib::Server& http, const Address& wanted) {
-  Address address = wanted;
-  errno = 0;
-  if (address.port == 0)
-    address.port = http.bind_to_any_port(address.host);
-  else if (!http.bind_to_port(address.host, address.port))
-    address.port = -1;
-  if (address.port < 0)
-    throw UserError(
-        fmt::format("--listen: {} can't be had ({}), expected an address of this machine and a free "
-                    "port; choose another, 0 for any",
-                    authority(wanted), std::generic_category().message(errno)));
-  return address;
-}
-
 std::unique_ptr<httplib::Server> make_http() {
   auto http = std::make_unique<httplib::Server>();
   http->new_task_queue = [] { return new BoundedPool; };
@@ -109,14 +93,26 @@ std::unique_ptr<httplib::Server> make_http() {
 
 }  // namespace
 
-Server::Server(const Address& address, const std::optional<std::string>& token, Feed& feed, Bench& bench,
+Listener::Listener(const Address& wanted) : http(make_http()), address(wanted) {
+  errno = 0;
+  const bool had = wanted.port == 0 ? (address.port = http->bind_to_any_port(wanted.host)) > 0
+                                    : http->bind_to_port(wanted.host, wanted.port);
+  if (!had)
+    throw UserError(
+        fmt::format("--listen: {} can't be had ({}), expected an address of this machine and a free "
+                    "port; choose another, 0 for any",
+                    authority(wanted), std::generic_category().message(errno)));
+}
+Listener::~Listener() = default;
+Listener::Listener(Listener&&) noexcept = default;
+
+Server::Server(Listener listener, const std::optional<std::string>& token, Feed& feed, Bench& bench,
                Documents documents)
     : feed_(feed),
       bench_(bench),
       documents_(std::move(documents)),
-      http_(make_http()),
-      address_(bound(*http_, address)),
-      access_(address_, token) {
+      http_(std::move(listener.http)),
+      access_(listener.address, token) {
   answer_requests();
   thread_ = std::thread([this] {
     http_->listen_after_bind();

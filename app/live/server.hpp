@@ -26,18 +26,27 @@ namespace meltstage::app::live {
 /// matched is handed over, empty without one. A UserError is told as "not found".
 using Documents = std::map<std::string, std::function<std::string(const std::string& matched)>>;
 
+/// A port that is had. What connects to it waits for a server.
+struct Listener {
+  /// Throws UserError where the address can't be had.
+  explicit Listener(const Address& wanted);
+  ~Listener();
+  Listener(Listener&&) noexcept;
+
+  std::unique_ptr<httplib::Server> http;
+  Address address;  // with the port that it was given
+};
+
 class Server {
  public:
-  /// Listens from now on. All must outlive the server. Throws UserError where the address can't be had.
-  Server(const Address& address, const std::optional<std::string>& token, Feed& feed, Bench& bench,
+  /// Answers from now on. All must outlive the server.
+  Server(Listener listener, const std::optional<std::string>& token, Feed& feed, Bench& bench,
          Documents documents);
   /// Ends all connections.
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// With the port that it was given.
-  const Address& address() const { return address_; }
   /// It can't listen any more.
   bool ended() const { return ended_; }
 
@@ -50,7 +59,6 @@ class Server {
   Bench& bench_;
   Documents documents_;
   std::unique_ptr<httplib::Server> http_;
-  Address address_;
   Access access_;
   std::atomic<bool> ended_ = false;
   std::thread thread_;

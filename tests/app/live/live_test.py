@@ -506,7 +506,9 @@ def bad_use() -> None:
         port = ("--port", str(chip.link))
         with Live(*port) as live:
             connected(live)
-            said = command("live", *port, "--listen", live.host, status=2)
+            runs = chip.link.parent / "runs"
+            said = command("live", *port, "--listen", live.host, "--keep", str(runs), status=2)
+            assert not runs.exists(), "nothing is begun"
             assert "Address already in use" in said and said.count("\n") == 1, said
         for arguments in [("--port", str(chip.link.parent / "none")), (*port, "--listen", "8123"), (*port, "--listen", "127.0.0.1:65536"), (*port, "--listen", "example.org:80"),
                           (*port, "--listen", "::1:80"), (*port, "--token", "/none"), (*port, "--format", "9X1"), (*port, "--timeout", "nan"), ()]:
