@@ -251,16 +251,22 @@ def silent() -> None:
         time.sleep(1.5)
         assert chip.read("SETPOINT") == "33.0" and not chip.runs(), "something was sent by itself"
         assert not any("reset" in notice["text"] for notice in events.of("notice")), events.of("notice")
-        # one that is certainly on the line
+        # one that is certainly on the line; the chip that is there afterwards has never heard of it
         for _ in range(20):
             chip.process.send_signal(signal.SIGSTOP)
             status, said = live.post({"do": "set", "register": "SETPOINT", "value": 50})
-            chip.process.send_signal(signal.SIGCONT)
             if status == 504:
                 assert "it may have been done or not" in said, said
                 break
+            chip.process.send_signal(signal.SIGCONT)
             until(lambda: events.of("connection")[-1]["connected"], "it answers again")
         assert status == 504, (status, said)
+        chip.unplug()
+        told = len(events.of("connection"))
+        chip.start()
+        until(lambda: len(events.of("connection")) > told and events.of("connection")[-1]["connected"], "another chip answers")
+        time.sleep(1)
+        assert chip.read("SETPOINT") == "0.0", "what was unknown was sent again"
     operate(body)
 
 
