@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
       {"hls",
        "A pure C++ function as a circuit, and the proof that RTL is the same one (docs/verify/proof.md)",
        "meltstage-hls"},
+      {"live", "Show and operate a chip in a browser (docs/start/live.md)", "meltstage-live"},
       {"page", "Write the chip as a page that runs in a browser (docs/start/chip-in-a-page.md)",
        "meltstage-page"},
       {"regress", "Run a suite of tests and seeds on model and RTL (docs/verify/regress.md)",

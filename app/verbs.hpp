@@ -23,6 +23,7 @@ Action add_accuracy_command(CLI::App& cli, const std::string& typed);
 Action add_conformal_command(CLI::App& cli, const std::string& typed);
 Action add_dft_command(CLI::App& cli, const std::string& typed);
 Action add_hls_command(CLI::App& cli, const std::string& typed);
+Action add_live_command(CLI::App& cli, const std::string& typed);
 Action add_page_command(CLI::App& cli, const std::string& typed);
 Action add_regress_command(CLI::App& cli, const std::string& typed);
 Action add_bench_command(CLI::App& cli, const std::string& typed);

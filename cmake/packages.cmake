@@ -47,7 +47,7 @@ get_property(parts GLOBAL PROPERTY MELTSTAGE_PART_NAMES)
 set(own "= ${PROJECT_VERSION}")
 meltstage_deb(meltstage SECTION electronics TITLE "electronics and motion of a print head"
   TEXT "The bit-accurate temperature-controller chip of a print head, compared with its\nRTL clock by clock, in a virtual printer; test patterns for chips, and G-code for\nreal machines."
-  COMPONENTS meltstage meltstage-conformal meltstage-regress meltstage-dft meltstage-page reference)
+  COMPONENTS meltstage meltstage-conformal meltstage-regress meltstage-dft meltstage-live meltstage-page reference)
 meltstage_deb(meltstage-vision SECTION electronics TITLE "print jobs with an alignment by cameras"
   TEXT "The program that prints jobs with [alignment] on the virtual printer of\nMeltstage." DEPENDS "meltstage (${own})"
   COMPONENTS meltstage-aligned)

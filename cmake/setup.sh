@@ -40,23 +40,32 @@ install_packages() {
   fi
 }
 
-# configure PRESET PART=ON|OFF...: makes the build folder when it isn't ready, is older than the presets, or was made elsewhere. A part
-# (MELTSTAGE_... of CMakeLists.txt) that was left out is added when it is wanted now; one that is there stays.
+# Options MELTSTAGE_... of CMakeLists.txt.
+all_parts=(VISION SILICON HLS SYSTEMC LIVE PAGE BENCHES DOCS TESTS)
+
+# configure PRESET PART...: makes the build folder with these parts alone when it isn't ready, is older than the presets, or was made
+# elsewhere. In one that is there a part that is wanted now is added, and one that is there stays.
 configure() {
-  local folder=$root/build/$1 cache=$root/build/$1/CMakeCache.txt part parts=("${@:2}") options=()
+  local folder=$root/build/$1 cache=$root/build/$1/CMakeCache.txt wanted=" ${*:2} " part options=()
+  local call=(cmake --log-level=NOTICE --preset "$1") title="Configuring build/$1"
   if [ "$folder/build.ninja" -nt "$root/CMakePresets.json" ] && grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$cache"; then
-    for part in "${parts[@]}"; do
-      if [[ $part == *=ON ]] && ! grep -q "^MELTSTAGE_${part%=ON}:BOOL=ON" "$cache"; then options+=("-DMELTSTAGE_$part"); fi
-      # a part that is younger than the folder
-      if [[ $part == *=OFF ]] && ! grep -q "^MELTSTAGE_${part%=OFF}:BOOL=" "$cache"; then options+=("-DMELTSTAGE_$part"); fi
+    for part in "${all_parts[@]}"; do
+      if [[ $wanted == *" $part "* ]]; then
+        grep -q "^MELTSTAGE_$part:BOOL=ON" "$cache" || options+=("-DMELTSTAGE_$part=ON")
+      elif ! grep -q "^MELTSTAGE_$part:BOOL=" "$cache"; then # younger than the folder
+        options+=("-DMELTSTAGE_$part=OFF")
+      fi
     done
     [ ${#options[@]} -gt 0 ] || return 0
-    echo "Configuring build/$1 for more"
-    (cd "$root" && cmake --log-level=NOTICE --preset "$1" "${options[@]}")
-    return
+    title+=" for more"
+  else
+    for part in "${all_parts[@]}"; do
+      [[ $wanted == *" $part "* ]] && options+=("-DMELTSTAGE_$part=ON") || options+=("-DMELTSTAGE_$part=OFF")
+    done
+    call+=(--fresh)
   fi
-  echo "Configuring build/$1"
-  (cd "$root" && cmake --fresh --log-level=NOTICE --preset "$1" "${parts[@]/#/-DMELTSTAGE_}")
+  echo "$title"
+  (cd "$root" && "${call[@]}" "${options[@]}")
 }
 
 # build PRESET TARGET...

@@ -242,18 +242,18 @@ void Controller::transact(const std::string& what, Call&& call) {
           code, repeated);
     }
     if (error == EIO || error == EBADF)
-      throw BusError(fmt::format("{}: the port is gone ({})", connection_.device,
+      throw NoAnswer(fmt::format("{}: the port is gone ({})", connection_.device,
                                  std::generic_category().message(error)));
     late = true;
     if (attempt++ < connection_.attempts) continue;
     let_it_come();
     if (error == ETIMEDOUT) {
-      throw BusError(
+      throw NoAnswer(
           fmt::format("{}: no answer from address {} ({} x {:g} s), expected the chip; see wiring, "
                       "address, baud rate and format",
                       connection_.device, connection_.address, connection_.attempts, connection_.timeout_s));
     }
-    throw BusError(fmt::format("{}: {}: garbled answer ({}); see wiring, baud rate and format",
+    throw NoAnswer(fmt::format("{}: {}: garbled answer ({}); see wiring, baud rate and format",
                                connection_.device, what, modbus_strerror(error)));
   }
 }

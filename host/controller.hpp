@@ -87,7 +87,8 @@ struct Tuning {
   double hold_duty_percent;
 };
 
-/// Every call throws BusError when the chip does not answer or refuses, naming the registers.
+/// Every call throws NoAnswer when no sound answer comes, BusError when the chip refuses, naming the
+/// registers.
 class Controller {
  public:
   /// Opens the port; nothing is sent. Throws UserError when it can't be opened or a setting is out of range.

@@ -10,4 +10,9 @@ struct BusError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// No sound answer came, or the port is gone: what was asked may have been done or not.
+struct NoAnswer : BusError {
+  using BusError::BusError;
+};
+
 }  // namespace meltstage::host

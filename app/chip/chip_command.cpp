@@ -20,6 +20,7 @@
 #include "app/chip/chip_serve.hpp"
 #include "app/chip/chip_tune.hpp"
 #include "app/chip/chip_watch.hpp"
+#include "app/chip/connection_options.hpp"
 #include "app/chip/saved_registers.hpp"
 #include "app/json_output.hpp"
 #include "app/number_range.hpp"
@@ -35,8 +36,7 @@ namespace {
 
 // What a command of the driver may ask for.
 struct Asked {
-  host::Connection connection;
-  std::string format = "8E1";
+  AskedConnection line;
   std::vector<std::string> names;
   std::vector<std::string> settings;
   std::string file;
@@ -44,16 +44,6 @@ struct Asked {
   WatchOptions watch;
   double watch_for_s = 0.0;
 };
-
-void add_connection(CLI::App* command, Asked& asked) {
-  command->add_option("--port", asked.connection.device, "Serial port, or the link of `chip serve`")
-      ->required();
-  command->add_option("--address", asked.connection.address, "The chip's address, 1 to 247 (default 1)");
-  command->add_option("--baud", asked.connection.baud, "Baud rate (default 115200)");
-  command->add_option("--format", asked.format, "Character format: 8E1 (default), 8O1, 8N2, 8N1");
-  command->add_option("--timeout", asked.connection.timeout_s,
-                      "Seconds to wait for an answer, three times (default 1)");
-}
 
 bool is_hexadecimal(std::string_view text) { return text.starts_with("0x") || text.starts_with("0X"); }
 
@@ -244,7 +234,7 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
   for (CLI::App* command : {save, restore})
     command->add_option("FILE", asked->file, "TOML; docs/host/host.md")->required();
   for (CLI::App* command : {read, set, watch, run, stop, tune, clear, save, restore})
-    add_connection(command, *asked);
+    add_connection(command, asked->line)->required();
 
   return [=] {
     if (*serve_command) {
@@ -256,8 +246,7 @@ Action add_chip_command(CLI::App& cli, const std::string& typed) {
     for (const std::string& text : asked->settings) settings.push_back(parse_setting(text));
     for (const std::string& name : asked->names) host::find_register(name);
     if (*restore) settings = read_saved_registers(asked->file);
-    asked->connection.format = host::parse_format(asked->format);
-    host::Controller controller(asked->connection);
+    host::Controller controller(asked->line.checked());
     if (*read) return read_registers(controller, asked->names, asked->json);
     if (*save) return save_registers(controller, asked->file);
     if (*restore) return restore_registers(controller, settings);

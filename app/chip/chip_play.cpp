@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "base/error.hpp"
+#include "app/chip/scenario_file.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "base/place.hpp"
@@ -22,14 +22,6 @@ namespace meltstage::app {
 namespace {
 
 namespace spec = chip::spec;
-
-tb::Scenario read_scenario(const std::filesystem::path& path) {
-  tb::ParsedScenario parsed = tb::parse_scenario(read_file(path, "a scenario", tb::kMostScenarioBytes));
-  if (parsed.defect)
-    throw UserError(fmt::format("{}:{}: found {}, expected {}", path.string(), parsed.defect->line,
-                                parsed.defect->found, parsed.defect->expected));
-  return std::move(parsed.scenario);
-}
 
 // What was asked of the chip in vain, each in a line; returns how many.
 std::uint64_t tell_failures(const tb::ScriptedRun& run, const std::string& file) {
@@ -77,7 +69,7 @@ void write_waves(const tb::ScriptedRun& run, const std::filesystem::path& path) 
 
 int play_scenario(const PlayOptions& options) {
   require_other_files({options.out, options.vcd}, {options.scenario});
-  tb::ScriptedRun run(read_scenario(options.scenario));
+  tb::ScriptedRun run(tb::parse_scenario(scenario_text(options.scenario)).scenario);
   const auto end = static_cast<std::uint64_t>(std::llround(options.for_s * spec::kClkHz));
   ProgressLine line;
   while (run.cycle() < end) {

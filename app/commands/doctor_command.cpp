@@ -42,7 +42,8 @@ constexpr Part kParts[] = {{"meltstage-aligned", "meltstage-vision", "print of a
                            {"meltstage-regress", "meltstage", "regress"},
                            {"meltstage-dft", "meltstage", "dft"},
                            {"meltstage-hls", "meltstage-hls", "hls"},
-                           {"meltstage-page", "meltstage", "page"}};
+                           {"meltstage-page", "meltstage", "page"},
+                           {"meltstage-live", "meltstage", "live"}};
 
 // A program of others that a verb starts. Without it `part` lacks something.
 struct Tool {

@@ -18,33 +18,9 @@ const scenarios = {
   "A bit flips": "head PH-1;1 set SETPOINT 110;1.2 run;120 flip guard.run_q 0",
 };
 
-const knobs = [
-  { label: "Sensor", word: "sensor", choices: { sound: "sound", open: "wire open", to_ground: "short to ground", to_supply: "short to supply",
-    frozen: "frozen", silent: "no answer", low: "line stuck low", high: "line stuck high", wrong_bits: "wrong bits" } },
-  { label: "Seat of the sensor", word: "seat", range: [0, 1, 0.05], value: 1, unit: "" },
-  { label: "Heater", word: "heater", choices: { sound: "sound", open: "element open", shorted: "switch shorted" } },
-  { label: "Supply", word: "supply", range: [0, 1.25, 0.05], value: 1, unit: "× nominal" },
-  { label: "Fan", word: "fan", range: [0, 0.5, 0.01], value: 0, unit: "W/K" },
-  { label: "Ambient", word: "ambient", range: [-20, 60, 1], value: 25, unit: "°C" },
-  { label: "Host", word: "host", choices: { on: "polls", off: "silent" } },
-  { label: "Clock", word: "clock", choices: { on: "runs", off: "stopped" } },
-  { label: "Emergency stop", word: "estop", choices: { off: "released", on: "pressed" } },
-  { label: "Reset pin", word: "reset", choices: { off: "high", on: "low" } },
-];
-
-const byId = id => document.getElementById(id);
-const typeset = text => text.replace(/\bdegC\b/g, "°C");
-const registerMap = JSON.parse(byId("map").textContent).registers;
 const frameBudget_ms = 12;  // of each sixtieth of a second
 const longestStep_s = 0.5;
 const mostLogRows = 400;
-
-function element(tag, text = "", className = "") {
-  const node = document.createElement(tag);
-  node.textContent = text;
-  node.className = className;
-  return node;
-}
 
 class Page {
   constructor(machine) {
@@ -52,7 +28,7 @@ class Page {
     this.done = "";  // the scenario with all that was done since, as text
     this.logged = 0;
     this.ratio = { time: 0, real: 0 };
-    this.chart = new TemperatureChart(byId("temperature"), time => this.showPins(time - this.waves.width / 2));
+    this.chart = new TemperatureChart(byId("temperature"), curves, time => this.showPins(time - this.waves.width / 2));
     this.waves = new Waves(byId("waves"), machine.about.pins);
     this.makeStates();
     this.makeKnobs();
@@ -74,7 +50,7 @@ class Page {
     this.done = scenario;
     this.logged = 0;
     byId("log").tBodies[0].replaceChildren();
-    for (const knob of knobs) this.turnKnob(`${knob.word} ${knob.choices ? Object.keys(knob.choices)[0] : knob.value}`);
+    for (const knob of knobs) turnKnob(`${knob.word} ${knob.choices ? Object.keys(knob.choices)[0] : knob.value}`);
     this.chart.follow = true;
     this.keepInAddress();
     this.show();
@@ -180,7 +156,7 @@ class Page {
     const atEnd = scroller.scrollTop + scroller.clientHeight >= scroller.scrollHeight - 4;
     for (const [number, time, what, answer, request, reply, failed] of this.machine.json("log_from", this.logged)) {
       this.logged = number + 1;
-      this.turnKnob(what);
+      turnKnob(what);
       if (what === "poll" && !byId("polls").checked) continue;
       const line = body.insertRow();
       line.append(element("td", `${time.toFixed(2)} s`));
@@ -192,16 +168,6 @@ class Page {
     }
     while (body.rows.length > mostLogRows) body.deleteRow(0);
     if (atEnd) scroller.scrollTop = scroller.scrollHeight;
-  }
-
-  // A knob shows what a scenario has set.
-  turnKnob(event) {
-    const [word, value] = event.split(" ");
-    const knob = knobs.find(k => k.word === word);
-    if (!knob || value === undefined) return;
-    const input = byId(`knob_${word}`);
-    input.value = value;
-    input.dispatchEvent(new Event("input"));
   }
 
   showRegisters() {
@@ -236,25 +202,7 @@ class Page {
   }
 
   makeKnobs() {
-    for (const knob of knobs) {
-      const label = element("label", knob.label);
-      const input = document.createElement(knob.choices ? "select" : "input");
-      input.id = `knob_${knob.word}`;
-      label.htmlFor = input.id;
-      const cell = element("div");
-      cell.append(input);
-      if (knob.choices) {
-        for (const [value, text] of Object.entries(knob.choices)) input.add(new Option(text, value));
-      } else {
-        [input.min, input.max, input.step] = knob.range;
-        Object.assign(input, { type: "range", value: knob.value });
-        const shown = element("output", `${knob.value} ${knob.unit}`);
-        input.addEventListener("input", () => { shown.textContent = `${input.value} ${knob.unit}`; });
-        cell.append(shown);
-      }
-      input.addEventListener("change", () => this.act(`${knob.word} ${input.value}`));
-      byId("knobs").append(label, cell);
-    }
+    makeKnobs(byId("knobs"), event => this.act(event));
     for (const [word, args, summary] of this.machine.about.events) {
       const option = new Option(`${summary} (${word} ${args})`.replace(" )", ")"), word + (args ? " " : ""));
       byId("events").append(option);

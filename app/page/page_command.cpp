@@ -10,13 +10,12 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "app/chip/scenario_file.hpp"
 #include "app/verbs.hpp"
-#include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/output_file.hpp"
 #include "base/place.hpp"
 #include "chip_page.hpp"
-#include "tb/scenario/scenario.hpp"
 
 namespace meltstage::app {
 namespace {
@@ -31,14 +30,6 @@ std::string within_html(const std::string& text) {
   std::string json = nlohmann::json(text).dump();
   for (std::size_t at = 0; (at = json.find('<', at)) != json.npos;) json.replace(at, 1, "\\u003c");
   return json;
-}
-
-std::string scenario_text(const std::filesystem::path& path) {
-  std::string text = read_file(path, "a scenario", tb::kMostScenarioBytes);
-  if (const auto defect = tb::parse_scenario(text).defect)
-    throw UserError(fmt::format("{}:{}: found {}, expected {}", path.string(), defect->line, defect->found,
-                                defect->expected));
-  return text;
 }
 
 int write_page(const Options& options) {

@@ -31,8 +31,9 @@ function thinned(rows, first, last, column) {
 }
 
 class TemperatureChart {
-  // `picked` is called with the time of a click.
-  constructor(canvas, picked) {
+  // Of these `curves`; `picked` is called with the time of a click.
+  constructor(canvas, curves, picked) {
+    this.curves = curves;
     const color = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
     const axis = (position, title, grid) => ({
       position, title: { display: true, text: title, color: color("--muted") }, ticks: { color: color("--muted") },
@@ -109,7 +110,7 @@ class TemperatureChart {
       return low;
     };
     const first = Math.max(0, rowAt(begin) - 1), last = Math.min(rows.count, rowAt(this.end) + 1);
-    curves.forEach((c, i) => { this.chart.data.datasets[i].data = thinned(rows, first, last, c.column); });
+    this.curves.forEach((c, i) => { this.chart.data.datasets[i].data = thinned(rows, first, last, c.column); });
     this.chart.options.scales.x.min = begin;
     this.chart.options.scales.x.max = this.end;
     this.chart.update("none");

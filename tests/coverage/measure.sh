@@ -11,8 +11,8 @@ here=$root/tests/coverage
 build=$root/build/coverage
 out=$(mkdir -p "${1:-$root/out/coverage}" && cd "${1:-$root/out/coverage}" && pwd -P)
 
-install_packages run vision silicon hls page docs peers check coverage
-configure coverage VISION=ON SILICON=ON HLS=ON SYSTEMC=ON PAGE=ON BENCHES=ON DOCS=ON TESTS=ON
+install_packages run vision silicon hls live page packages docs peers check coverage
+configure coverage "${all_parts[@]}"
 # counts of earlier tests go; the recordings are made anew, as making them is what runs their program
 find "$build" -name '*.gcda' -delete
 rm -f "$build"/tb/*.mvec

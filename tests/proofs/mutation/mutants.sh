@@ -6,8 +6,8 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../../.." && pwd -P)
 source "$root/cmake/setup.sh"
 {
-  install_packages run vision silicon hls page docs peers check
-  configure release VISION=ON SILICON=ON HLS=ON SYSTEMC=ON PAGE=ON BENCHES=ON DOCS=ON TESTS=ON
+  install_packages run vision silicon hls live page packages docs peers check
+  configure release "${all_parts[@]}"
   build release mutants || exit 2
 } >&2
 exec "$root/build/release/tests/proofs/mutation/mutants" "$@"
