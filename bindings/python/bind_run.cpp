@@ -60,7 +60,7 @@ void add(HeldRun& held, const std::string& text, std::uint64_t cycle) {
 
 py::array_t<tb::TraceRow> rows(HeldRun& held) {
   const Turn run(held);
-  return {static_cast<py::ssize_t>(run->rows().size()), run->rows().data()};
+  return py::array_t<tb::TraceRow>(static_cast<py::ssize_t>(run->rows().size()), run->rows().data());
 }
 
 // Time, what, answer, bytes of request and reply, failed, line (0: none) of each.

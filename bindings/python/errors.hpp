@@ -26,8 +26,8 @@ class ScenarioError : public UserError {
 /// The chip answered with an exception code: meltstage.Refused.
 class Refused : public std::runtime_error {
  public:
-  Refused(const std::string& message, chip::spec::Exception exception)
-      : std::runtime_error(message), code(exception) {}
+  Refused(const std::string& message, chip::spec::Exception answer)
+      : std::runtime_error(message), code(answer) {}
   chip::spec::Exception code;
 };
 
