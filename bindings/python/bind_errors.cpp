@@ -5,6 +5,7 @@
 #include <exception>
 
 #include "base/error.hpp"
+#include "base/place.hpp"
 #include "bindings/python/errors.hpp"
 #include "bindings/python/parts.hpp"
 #include "recording/text.hpp"
@@ -15,9 +16,9 @@ namespace py = pybind11;
 
 namespace {
 
-// The instance, to be filled in; one that can't be made is the error itself.
+// The instance, to be filled in. Names of files may hold any bytes.
 py::object make(const char* type, const char* what) {
-  return py::module_::import("meltstage.errors").attr(type)(what);
+  return py::module_::import("meltstage.errors").attr(type)(escaped(what));
 }
 
 void raise(const py::object& error) {

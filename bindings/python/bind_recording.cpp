@@ -52,6 +52,20 @@ std::unique_ptr<Stream> read(const std::string& path) {
   return stream;
 }
 
+// Text of a file, which may hold bytes that are no UTF-8.
+py::str text(const std::string& bytes) {
+  PyObject* decoded =
+      PyUnicode_DecodeUTF8(bytes.data(), static_cast<py::ssize_t>(bytes.size()), "backslashreplace");
+  if (decoded == nullptr) throw py::error_already_set();
+  return py::reinterpret_steal<py::str>(decoded);
+}
+
+py::dict meta(const Stream& stream) {
+  py::dict made;
+  for (const auto& [key, value] : stream.header().meta) made[py::str(key)] = text(value);
+  return made;
+}
+
 // Name, direction, width and owner of each pin.
 py::list signals(const Stream& stream) {
   py::list list;
@@ -101,8 +115,8 @@ void bind_recording(py::module_& module) {
       .def("changes", changes)
       .def("replay", replay, py::arg("name"))
       .def_property_readonly("clock_hz", [](const Stream& stream) { return stream.header().clock_hz; })
-      .def_property_readonly("origin", [](const Stream& stream) { return stream.header().origin; })
-      .def_property_readonly("meta", [](const Stream& stream) { return stream.header().meta; })
+      .def_property_readonly("origin", [](const Stream& stream) { return text(stream.header().origin); })
+      .def_property_readonly("meta", meta)
       .def_property_readonly("first_cycle", &Stream::first_cycle)
       .def_property_readonly("final_cycle", &Stream::final_cycle);
 }

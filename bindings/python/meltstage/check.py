@@ -36,9 +36,13 @@ def wrong_type(name: str, value: object, expected: str) -> TypeError:
     return TypeError(f"{name}: found {shown(value)}, expected {expected}")
 
 
-def wrong_value(name: str, found: object, expected: str) -> UserError:
-    error = UserError(f"{name}: found {found if isinstance(found, str) else shown(found)}, expected {expected}")
-    error.found = found if isinstance(found, str) else shown(found)
+def wrong_value(name: str, value: object, expected: str) -> UserError:
+    return refused(name, shown(value), expected)
+
+
+def refused(name: str, found: str, expected: str) -> UserError:
+    error = UserError(f"{name}: found {found}, expected {expected}")
+    error.found = found
     error.expected = expected
     return error
 
@@ -122,14 +126,14 @@ def numbers(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
     found = np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
     if not np.isfinite(found).all():
         place = tuple(int(i) for i in np.argwhere(~np.isfinite(found))[0])
-        raise wrong_value(f"{name}[{', '.join(map(str, place))}]", str(found[place]), "a finite number")
+        raise refused(f"{name}[{', '.join(map(str, place))}]", str(found[place]), "a finite number")
     return found
 
 
 def vector(name: str, value: npt.ArrayLike, length: int) -> list[float]:
     found = numbers(name, value)
     if found.shape != (length,):
-        raise wrong_value(name, f"shape {found.shape}", f"{length} numbers")
+        raise refused(name, f"shape {found.shape}", f"{length} numbers")
     return [float(x) for x in found]
 
 
@@ -137,7 +141,7 @@ def points(name: str, value: npt.ArrayLike, columns: int) -> npt.NDArray[np.floa
     """Points, a row each."""
     found = numbers(name, value)
     if found.ndim != 2 or found.shape[1] != columns:
-        raise wrong_value(name, f"shape {found.shape}", f"shape (n, {columns})")
+        raise refused(name, f"shape {found.shape}", f"shape (n, {columns})")
     return found
 
 
@@ -164,7 +168,7 @@ def levels(name: str, value: npt.ArrayLike, width: int) -> npt.NDArray[np.uint8]
     if array.dtype.kind not in "iub":
         raise wrong_type(name, value, "an array of whole numbers or bools")
     if array.ndim != 1:
-        raise wrong_value(name, f"shape {array.shape}", "a level a clock, shape (n,)")
+        raise refused(name, f"shape {array.shape}", "a level a clock, shape (n,)")
     if array.size and (array.min() < 0 or array.max() >= 1 << width):
         worst = int(array.min()) if array.min() < 0 else int(array.max())
         raise wrong_value(name, worst, f"levels of 0 to {(1 << width) - 1}")

@@ -96,7 +96,7 @@ class Flops(Mapping[str, int]):
         place, changeable = self._find(name)
         bits = check.whole(name, value, 0, 2**64 - 1)
         if bits & ~changeable:
-            raise check.wrong_value(name, hex(bits), f"bits of {changeable:#x} alone")
+            raise check.refused(name, hex(bits), f"bits of {changeable:#x} alone")
         self._chip.set_flops([(place, bits)])
 
     def __iter__(self) -> Iterator[str]:
@@ -112,7 +112,7 @@ class Flops(Mapping[str, int]):
     def _find(name: object) -> tuple[int, int]:
         found = _FLOPS.get(name) if isinstance(name, str) else None
         if found is None:
-            raise KeyError(f"flop: found {check.shown(name)}, expected a name such as {near(str(name), _FLOPS)}")
+            raise KeyError(f"flop: found {check.shown(name)}, expected a name such as {near(name, _FLOPS)}")
         return found
 
 

@@ -177,7 +177,7 @@ def read_bumps(
     """
     travel = check.points("travel_mm", travel_mm, 2)
     if travel.shape != (2, 2):
-        raise check.wrong_value("travel_mm", f"shape {travel.shape}", "shape (2, 2): least and most of x and of y")
+        raise check.refused("travel_mm", f"shape {travel.shape}", "shape (2, 2): least and most of x and of y")
     points, rows, notes = _core.read_bumps(
         check.path("path", path),
         check.number("pitch_mm", pitch_mm),
@@ -213,7 +213,7 @@ def plan_tour(
     """
     points = check.points("points_mm", points_mm, 2)
     if len(points) > _core.MOST_POINTS:
-        raise check.wrong_value("points_mm", f"{len(points)} points", f"{_core.MOST_POINTS} at most")
+        raise check.refused("points_mm", f"{len(points)} points", f"{_core.MOST_POINTS} at most")
     order, before, after, bound, gap = _core.plan_tour(
         points,
         _METRICS.index(check.one_of("metric", metric, _METRICS)),
@@ -348,7 +348,7 @@ def _limits_of_axes(limits: LimitsOfAxes, axes: int) -> list[list[float]]:
     if not isinstance(limits, Sequence) or isinstance(limits, (str, bytes)):
         raise check.wrong_type("limits", limits, f"meltstage.Limits, or {axes} of them")
     if len(limits) != axes:
-        raise check.wrong_value("limits", f"{len(limits)} of them", f"one, or {axes}")
+        raise check.refused("limits", f"{len(limits)} of them", f"one, or {axes}")
     return [_limits(one) for one in limits]
 
 

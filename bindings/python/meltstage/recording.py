@@ -60,7 +60,7 @@ class Recording(Mapping[str, Changes]):
     def __getitem__(self, name: str) -> Changes:
         found = self._changes.get(name) if isinstance(name, str) else None
         if found is None:
-            raise KeyError(f"signal: found {check.shown(name)}, expected a name such as {near(str(name), self._changes)}")
+            raise KeyError(f"signal: found {check.shown(name)}, expected a name such as {near(name, self._changes)}")
         return found
 
     def __iter__(self) -> Iterator[str]:

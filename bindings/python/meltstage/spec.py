@@ -54,8 +54,10 @@ FAULTS: Mapping[str, str] = MappingProxyType(dict(_core.FAULTS))
 """The faults in the order of their bits in FAULT and CAUSE, and what each one says."""
 
 
-def near(word: str, known: Iterable[str]) -> str:
+def near(word: object, known: Iterable[str]) -> str:
     """Names that the word may have meant, for a message."""
+    if not isinstance(word, str):
+        word = ""
     names = list(known)
     close = difflib.get_close_matches(word.lower(), [name.lower() for name in names], 3, 0.5)
     found = [name for name in names if name.lower() in close] or names[:3] + ["..."]
