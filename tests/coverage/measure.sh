@@ -12,7 +12,7 @@ build=$root/build/coverage
 out=$(mkdir -p "${1:-$root/out/coverage}" && cd "${1:-$root/out/coverage}" && pwd -P)
 
 install_packages run vision silicon hls page peers check coverage
-configure coverage VISION=ON SILICON=ON HLS=ON SYSTEMC=ON PAGE=ON BENCHES=ON TESTS=ON
+configure coverage VISION=ON SILICON=ON HLS=ON SYSTEMC=ON PAGE=ON PYTHON=ON BENCHES=ON TESTS=ON
 # counts of earlier tests go; the recordings are made anew, as making them is what runs their program
 find "$build" -name '*.gcda' -delete
 rm -f "$build"/tb/*.mvec
