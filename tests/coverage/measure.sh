@@ -11,7 +11,7 @@ here=$root/tests/coverage
 build=$root/build/coverage
 out=$(mkdir -p "${1:-$root/out/coverage}" && cd "${1:-$root/out/coverage}" && pwd -P)
 
-install_packages run vision silicon hls page peers check coverage
+install_packages run vision silicon hls page python peers check coverage
 configure coverage VISION=ON SILICON=ON HLS=ON SYSTEMC=ON PAGE=ON PYTHON=ON BENCHES=ON TESTS=ON
 # counts of earlier tests go; the recordings are made anew, as making them is what runs their program
 find "$build" -name '*.gcda' -delete

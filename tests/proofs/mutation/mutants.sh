@@ -6,7 +6,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../../.." && pwd -P)
 source "$root/cmake/setup.sh"
 {
-  install_packages run vision silicon hls page peers check
+  install_packages run vision silicon hls page python peers check
   configure release VISION=ON SILICON=ON HLS=ON SYSTEMC=ON PAGE=ON PYTHON=ON BENCHES=ON TESTS=ON
   build release mutants || exit 2
 } >&2
