@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bindings/python/errors.hpp"
-#include "bindings/python/model_chip.hpp"
+#include "bindings/python/held_chip.hpp"
 #include "bindings/python/parts.hpp"
 #include "bindings/python/without_gil.hpp"
 #include "cmodel/host_access.hpp"
@@ -35,21 +35,13 @@ constexpr std::uint64_t kSkippedOfSlice = 12'000'000;  // as long where most clo
 
 void step(HeldChip& held, std::uint64_t clocks) {
   const Turn chip(held);
-  in_parts(clocks, kClocksOfSlice, [&](std::uint64_t begin, std::uint64_t end) {
-    for (std::uint64_t clock = begin; clock < end; ++clock) chip->chip.step(chip->in);
-    chip->cycle += end - begin;
-  });
+  in_parts(clocks, kClocksOfSlice, [&](std::uint64_t begin, std::uint64_t end) { chip->step(end - begin); });
 }
 
 void advance(HeldChip& held, std::uint64_t clocks) {
   const Turn chip(held);
-  in_parts(clocks, kSkippedOfSlice, [&](std::uint64_t begin, std::uint64_t end) {
-    chip::StillPins still{chip->in};
-    chip::Run run{chip->chip, chip->chip.outputs(chip->in), chip->cycle};
-    chip::advance(run, chip->cycle + (end - begin), still, [](auto&&...) {});
-    chip->chip = run.chip;
-    chip->cycle = run.cycle;
-  });
+  in_parts(clocks, kSkippedOfSlice,
+           [&](std::uint64_t begin, std::uint64_t end) { chip->advance(end - begin); });
 }
 
 using Levels = py::array_t<std::uint8_t, py::array::c_style>;
@@ -82,17 +74,11 @@ Levels drive(HeldChip& held, const std::vector<std::uint32_t>& pins, const Level
   return outputs;
 }
 
-std::uint64_t pin(HeldChip& held, std::uint32_t number) {
-  const Turn chip(held);
-  return tb::pin_levels(chip->in, chip->chip.outputs(chip->in)).at(number);
-}
+std::uint64_t pin(HeldChip& held, std::uint32_t number) { return Turn(held)->pin(number); }
 
 void set_pin(HeldChip& held, std::uint32_t number, std::uint64_t level) {
   if (number >= spec::kInputPins) throw std::invalid_argument("set_pin: found an output pin");
-  const Turn chip(held);
-  auto levels = tb::pin_levels(chip->in, {});
-  levels[number] = level;
-  chip->in = tb::inputs_of(levels);
+  Turn(held)->set_pin(number, level);
 }
 
 const tb::Flop& flop_at(std::size_t place) {

@@ -6,20 +6,18 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "bindings/common/run_pins.hpp"
 #include "bindings/python/errors.hpp"
+#include "bindings/python/held_chip.hpp"
 #include "bindings/python/in_turn.hpp"
-#include "bindings/python/model_chip.hpp"
 #include "bindings/python/parts.hpp"
 #include "bindings/python/without_gil.hpp"
-#include "recording/text.hpp"
 #include "tb/pins/chip_pins.hpp"
-#include "tb/pins/flop_table.hpp"
 #include "tb/scenario/scripted_run.hpp"
 
 namespace meltstage::python {
@@ -83,14 +81,6 @@ py::list failures(HeldRun& held) {
   return list;
 }
 
-std::array<std::uint64_t, tb::kChipPinCount> levels_of(const tb::PinChange& change) {
-  static const std::vector<tb::PinBits> bits = tb::chip_pin_bits();
-  std::array<std::uint64_t, tb::kChipPinCount> levels{};
-  for (std::size_t pin = 0; pin < levels.size(); ++pin)
-    levels[pin] = change.pins >> bits[pin].first & tb::ones(bits[pin].width);
-  return levels;
-}
-
 // Cycles, and the levels of all pins from there on: a column a pin.
 std::pair<py::array_t<std::uint64_t>, py::array_t<std::uint8_t>> pins(HeldRun& held, std::uint64_t begin,
                                                                       std::uint64_t end) {
@@ -104,41 +94,14 @@ std::pair<py::array_t<std::uint64_t>, py::array_t<std::uint8_t>> pins(HeldRun& h
     const tb::PinChange& change = changes[static_cast<std::size_t>(row)];
     at(row) = change.cycle;
     py::ssize_t pin = 0;
-    for (const std::uint64_t value : levels_of(change)) level(row, pin++) = static_cast<std::uint8_t>(value);
+    for (const std::uint64_t value : bindings::levels_of(change))
+      level(row, pin++) = static_cast<std::uint8_t>(value);
   }
   return {std::move(cycles), std::move(levels)};
 }
 
-// All pins from power-up as a recording.
 void record(HeldRun& held, const std::string& path) {
-  const Turn run(held);
-  const std::vector<tb::PinChange> changes = run->pins(0, run->cycle());
-  if (changes.empty())
-    throw UserError("recording: found a run of no clock, expected one; call until() first");
-  if (changes.front().cycle != 0)
-    throw UserError(fmt::format(
-        "recording: found pins from {:.6g} s on, as the run keeps no more changes, expected them from 0 s; "
-        "record a shorter run",
-        static_cast<double>(changes.front().cycle) / chip::spec::kClkHz));
-  recording::TextWriter writer(path);
-  recording::Recorder recorder(writer, tb::chip_pin_header("meltstage.Run.record"));
-  for (const tb::PinChange& change : changes) {
-    const auto levels = levels_of(change);
-    const chip::Inputs in = tb::inputs_of(levels);
-    tb::record_inputs(recorder, in);
-    tb::record_outputs(recorder, tb::before_clock(tb::outputs_of(levels), in));
-    recorder.commit(change.cycle);
-  }
-  recorder.finish(run->cycle() - 1);
-}
-
-// The chip as it is now, and the levels at its pins.
-std::unique_ptr<HeldChip> copied_chip(HeldRun& held) {
-  const Turn run(held);
-  ModelChip copy{std::as_const(*run).chip(), {}, run->cycle()};
-  const std::vector<tb::PinChange> last = run->pins(run->cycle(), run->cycle());
-  if (!last.empty()) copy.in = tb::inputs_of(levels_of(last.back()));
-  return std::make_unique<HeldChip>(copy);
+  bindings::record_pins(*Turn(held), path, "meltstage.Run.record");
 }
 
 }  // namespace
@@ -163,7 +126,7 @@ void bind_run(py::module_& module) {
       .def("fault", [](HeldRun& held) { return Turn(held)->fault(); })
       .def("pins", pins, py::arg("begin"), py::arg("end"))
       .def("record", record, py::arg("path"))
-      .def("chip", copied_chip)
+      .def("chip", [](HeldRun& held) { return std::make_unique<HeldChip>(bindings::chip_of(*Turn(held))); })
       .def_property_readonly("cycle", [](HeldRun& held) { return Turn(held)->cycle(); });
   module.def("event_usages", [] {
     py::list list;
