@@ -42,7 +42,7 @@ from pages import ROOT, Piece, all_pages, pieces
 SECONDS_AT_MOST = 900
 COMPILER_CACHE = "/usr/lib/ccache"  # Debian's: g++ found there compiles what it has not compiled before
 RUN = ("sh",)
-READ = ("toml", "json", "python", "cpp", "cmake", "systemverilog", "ini", "diff", "text", "mermaid")
+READ = ("toml", "json", "python", "c", "cpp", "cmake", "systemverilog", "ini", "diff", "text", "mermaid")
 TOOL = r"(?:[A-Z_]+=\S+ )*(?:meltstage|\./run|\./check|make|cmake|ctest|git|g\+\+|python3)(?: |$)"
 TOOL_COMMAND = re.compile(r"\s*(?:\$ )?" + TOOL)
 COMMAND = re.compile(rf"\s*(?:{TOOL}|[\w.-]+/[\w./-]+(?: |$))")

@@ -8,5 +8,4 @@ cmake --install "$1" --component c --prefix "$folder/prefix" >/dev/null
 export PKG_CONFIG_PATH=$folder/prefix/lib/pkgconfig
 read -ra flags <<<"$(pkg-config --cflags --libs meltstage)"
 gcc -std=c11 -Wall -Wextra -Werror -pedantic "$2" "${flags[@]}" -lm -o "$folder/program"
-library=$(find "$folder/prefix" -name 'libmeltstage.so.0')
-LD_LIBRARY_PATH=$(dirname "$library") "$folder/program" "$folder"
+LD_LIBRARY_PATH=$(pkg-config --variable=libdir meltstage) "$folder/program" "$folder"
