@@ -21,9 +21,14 @@ class Hostile:
         raise TypeError("no\nfloat")
 
 
+class OfManyLines:
+    def __repr__(self):
+        return "one\ntwo"
+
+
 ANYTHING = [
     None, True, 0, -1, 2**70, -(2**70), 1.5, NAN, INF, -INF, 1e300, -1e-300, 1j, "", "x", "\n\0\ud800", "nan", b"\xff", (), [], {},
-    [[]], [1], [1, 2], [1, 2, 3], [1, [2]], [[1, 2], [3]], [[1, 2], [NAN, 4]], ["a", "b"], [None], object(), Hostile(), Hostile, print,
+    [[]], [1], [1, 2], [1, 2, 3], [1, [2]], [[1, 2], [3]], [[1, 2], [NAN, 4]], ["a", "b"], [None], object(), OfManyLines(), Hostile(), Hostile, print,
     np.float32(2), np.int8(-3), np.array(7), np.zeros(0), np.zeros((0, 2)), np.zeros((3, 3), complex), np.full((4, 2), INF),
     np.arange(12).reshape(3, 2, 2), np.array([[1, 2], [3, 4]], dtype=object), np.ones((2, 3), bool), np.array(["1", "2"]),
     np.array([(1, 2.0)], dtype=[("a", int), ("b", float)]), np.array("2026-01-01", dtype="datetime64[D]"), np.ones((5, 2), np.float16)[::-2],
@@ -132,6 +137,7 @@ class WrongArguments(unittest.TestCase):
             (lambda: setattr(Chip().inputs, "addr_strap_i", 8), meltstage.UserError, "addr_strap_i: found 8, expected 0 to 7"),
             (lambda: Chip().inputs.estop, AttributeError, "pin: found 'estop', expected one of rst_ni, "),
             (lambda: Chip().drive(drop_i=[0, 2]), meltstage.UserError, "drop_i: found 2, expected levels of 0 to 1"),
+            (lambda: Chip().drive(drop_i=[0.5]), TypeError, "drop_i: found .0.5., expected an array of whole numbers or bools"),
             (lambda: Chip().drive(drop_i=[0], inhibit_i=[0, 1]), meltstage.UserError, "drive: found arrays of .1, 2. clocks"),
             (lambda: Chip().write("SETPOINT", NAN), meltstage.UserError, "SETPOINT: found nan, expected a finite number"),
             (lambda: Chip().write("SETPOINT", 600), meltstage.UserError, "SETPOINT: found 600.0, expected 0.0 to 500.0 degC"),
