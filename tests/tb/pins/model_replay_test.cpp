@@ -20,7 +20,7 @@ recording::Stream record(std::uint64_t wrong = kClocks, std::uint64_t reset_cloc
   for (std::uint64_t clock = 0; clock < kClocks; ++clock) {
     const chip::Inputs in{.rst_n = clock >= reset_clocks, .inhibit = clock >= 20'000};
     chip::Outputs out = chip.outputs(in);
-    if (clock == wrong) out.safe_en = !out.safe_en;
+    if (clock >= wrong && clock < wrong + 5) out.safe_en = !out.safe_en;
     record_inputs(recorder, in);
     record_outputs(recorder, out);
     recorder.commit(first + clock);
