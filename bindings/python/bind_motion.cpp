@@ -80,7 +80,7 @@ py::tuple read_bumps(const std::string& path, double pitch_mm, std::array<double
   options.travel.y = {travel_mm[1][0], travel_mm[1][1]};
   CoordinateFile file;
   {
-    const py::gil_scoped_release released;
+    const Released released;
     file = read_coordinate_file(path, options);
   }
   const auto count = static_cast<py::ssize_t>(file.points.size());
@@ -121,13 +121,12 @@ py::tuple plan_tour(const Numbers& points_mm, int metric, bool closed,
   task.search_s = search_s;
   Plan plan;
   {
-    const py::gil_scoped_release released;
+    const Released released;
     auto next_look = std::chrono::steady_clock::now() + kLookEvery;
     plan = plan_path(points, task, [&](double) {
       if (const auto now = std::chrono::steady_clock::now(); now >= next_look) {
         next_look = now + kLookEvery;
-        const py::gil_scoped_acquire acquired;
-        look_at_signals();
+        look_at_signals_from_outside();
       }
     });
   }
@@ -221,7 +220,7 @@ AxesMotion through_points(const Numbers& points_mm, const std::array<LimitNumber
   if (from.shape(1) != 3) throw std::invalid_argument("points: expected three columns");
   std::vector<Eigen::Vector3d> points;
   for (py::ssize_t i = 0; i < from.shape(0); ++i) points.emplace_back(from(i, 0), from(i, 1), from(i, 2));
-  const py::gil_scoped_release released;
+  const Released released;
   ThroughPoints planned = plan_through(points, limits_of(limits), tolerance_mm);
   const double duration_s = planned.duration_s;
   std::vector<double> passed_s = planned.passed_s;

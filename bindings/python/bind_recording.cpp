@@ -34,9 +34,7 @@ class WatchedStream final : public recording::Sink {
   void begin(const Header& header) override { stream_.begin(header); }
   void change(const Change& change) override {
     stream_.change(change);
-    if (stream_.change_count() % kChangesOfSlice != 0) return;
-    const py::gil_scoped_acquire acquired;
-    look_at_signals();
+    if (stream_.change_count() % kChangesOfSlice == 0) look_at_signals_from_outside();
   }
   void end(std::uint64_t final_cycle) override { stream_.end(final_cycle); }
 
@@ -47,7 +45,7 @@ class WatchedStream final : public recording::Sink {
 std::unique_ptr<Stream> read(const std::string& path) {
   auto stream = std::make_unique<Stream>();
   WatchedStream watched(*stream);
-  const py::gil_scoped_release released;
+  const Released released;
   recording::read_text_into(path, watched);
   return stream;
 }

@@ -9,7 +9,8 @@ from typing import Any, Iterator, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from . import _core, check
+from . import _core
+from . import _check as check
 from .errors import UserError
 from .spec import COMMANDS, PINS, STATES, Register, find_register, near
 

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _core, check
+from . import _core
+from . import _check as check
 
 Array = npt.NDArray[np.float64]
 

@@ -9,7 +9,8 @@ from typing import Any, Iterator, Mapping, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from . import _core, check
+from . import _core
+from . import _check as check
 from .spec import near
 
 

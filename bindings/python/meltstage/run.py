@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from . import _core, check
+from . import _core
+from . import _check as check
 from .chip import Chip
 from .spec import CLOCK_HZ, PINS
 

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Iterable, Mapping, NamedTuple
 
 from . import _core
-from .check import text
+from ._check import text
 from .errors import UserError
 
 

@@ -55,6 +55,11 @@ class Recordings(unittest.TestCase):
         self.assertGreater(defect.exception.line, 20)
         self.assertEqual(defect.exception.column, 1)
 
+    def test_text_that_is_no_utf_8(self):
+        body = self.path.read_bytes().rsplit(b"sha256 ", 1)[0].replace(b"origin meltstage", b"origin \xffmeltstage", 1)
+        self.path.write_bytes(body + b"sha256 " + hashlib.sha256(body).hexdigest().encode() + b"\n")
+        self.assertTrue(meltstage.read_recording(self.path).origin.startswith("\\xffmeltstage"))
+
     def test_recordings_that_do_not_replay(self):
         body = self.path.read_text()
         for edited, why in (

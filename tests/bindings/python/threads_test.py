@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Long calls: other threads run meanwhile, a signal ends them, and two threads don't meet in one object."""
 import signal
+import subprocess
 import tempfile
 import threading
 import time
@@ -88,6 +89,22 @@ class Threads(unittest.TestCase):
                     refusals += 1
             self.assertGreater(refusals, 0)
             look(held)
+
+    def test_daemon_threads_outlive_the_interpreter(self):
+        program = """if True:
+            import threading, time, meltstage, numpy
+            points = numpy.random.default_rng(1).uniform(0, 100, (3000, 2))
+            for work in (
+                lambda: meltstage.Chip().step(2**62),
+                lambda: meltstage.Run().until(1e9),
+                lambda: meltstage.plan_tour(points, search_s=600),
+                lambda: [meltstage.plan_scurve(3).at(numpy.zeros(1000)) for _ in range(10**9)],
+            ):
+                threading.Thread(target=work, daemon=True).start()
+            time.sleep(0.3)
+        """
+        ended = subprocess.run(["/usr/bin/python3", "-B", "-c", program], capture_output=True, text=True, timeout=60, check=False)
+        self.assertEqual((ended.returncode, ended.stderr), (0, ""))
 
     def test_chips_of_several_threads_do_not_disturb_each_other(self):
         chips = [meltstage.Chip() for _ in range(4)]
