@@ -140,7 +140,10 @@ class Chip:
         self._chip.step(check.clocks("clocks", clocks))
 
     def advance(self, clocks: int) -> None:
-        """Like `step()`, with the same state at the end, but in a fraction of its time: the model leaves out clocks in which it only counts."""
+        """Like `step()`, with the same state at the end, in a fraction of its time.
+
+        The model leaves out clocks in which it only counts.
+        """
         self._chip.advance(check.clocks("clocks", clocks))
 
     def drive(self, **levels: npt.ArrayLike) -> npt.NDArray[np.void]:
