@@ -41,7 +41,7 @@ install_packages() {
 }
 
 # Options MELTSTAGE_... of CMakeLists.txt.
-all_parts=(VISION SILICON HLS SYSTEMC LIVE PAGE BENCHES DOCS TESTS)
+all_parts=(VISION SILICON HLS SYSTEMC LIVE PAGE PYTHON BENCHES DOCS TESTS)
 
 # configure PRESET PART...: makes the build folder with these parts alone when it isn't ready, is older than the presets, or was made
 # elsewhere. In one that is there a part that is wanted now is added, and one that is there stays.

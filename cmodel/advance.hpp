@@ -19,6 +19,13 @@ concept Surroundings = requires(T around, std::uint64_t cycle, const Outputs& ou
   { around.next_event() } -> std::convertible_to<std::uint64_t>;
 };
 
+// Input pins that stand, whatever the chip does.
+struct StillPins {
+  Inputs in;
+  Inputs step(std::uint64_t, const Outputs&) const { return in; }
+  std::uint64_t next_event() const { return kForever; }
+};
+
 // The chip somewhere in its run.
 struct Run {
   Chip chip;

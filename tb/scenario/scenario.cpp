@@ -81,18 +81,6 @@ constexpr std::array<HeaterState, 3> kHeaterStates{{
     {"shorted", {.switch_shorted = true}},
 }};
 
-struct Command {
-  std::string_view name;
-  spec::Cmd code;
-};
-constexpr std::array<Command, 7> kCommands{{{"run", spec::kCmdRun},
-                                            {"stop", spec::kCmdStop},
-                                            {"clear", spec::kCmdClearFault},
-                                            {"hold", spec::kCmdHold},
-                                            {"tune", spec::kCmdTune},
-                                            {"commit", spec::kCmdCommit},
-                                            {"discard", spec::kCmdDiscard}}};
-
 // What a line of an event means, or the word that is wrong in it.
 struct Meaning {
   Act act{};
@@ -110,7 +98,7 @@ std::string names_of(const Table& table) {
 }
 
 Meaning send_command(const Words& words) {
-  const Command* command = words.size() == 1 ? find(kCommands, words[0]) : nullptr;
+  const HostCommand* command = words.size() == 1 ? find(kHostCommands, words[0]) : nullptr;
   if (command == nullptr) return {};
   return {[=](ScriptedRun& run) {
     run.send(std::string(command->name),

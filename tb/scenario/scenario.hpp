@@ -3,6 +3,7 @@
 // the address of the chip's page carries. docs/start/chip-in-a-page.md has the words.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cmodel/spec.hpp"
 #include "tb/pins/head.hpp"
 
 namespace meltstage::tb {
@@ -19,6 +21,19 @@ class ScriptedRun;
 // Bounds of what a scenario can make its reader keep.
 inline constexpr std::size_t kMostScenarioBytes = std::size_t{4} << 20;
 inline constexpr std::size_t kMostEvents = 100'000;
+
+/// A word for a command of register CMD.
+struct HostCommand {
+  std::string_view name;
+  chip::spec::Cmd code;
+};
+inline constexpr std::array<HostCommand, 7> kHostCommands{{{"run", chip::spec::kCmdRun},
+                                                           {"stop", chip::spec::kCmdStop},
+                                                           {"clear", chip::spec::kCmdClearFault},
+                                                           {"hold", chip::spec::kCmdHold},
+                                                           {"tune", chip::spec::kCmdTune},
+                                                           {"commit", chip::spec::kCmdCommit},
+                                                           {"discard", chip::spec::kCmdDiscard}}};
 
 /// Something that is done to the chip or what stands around it.
 struct Event {

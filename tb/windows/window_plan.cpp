@@ -20,13 +20,6 @@ namespace {
 
 constexpr std::uint64_t kTellAfter = chip::spec::kClkHz;  // clocks
 
-// Between two changes of the recording the input pins stand still.
-struct StillPins {
-  chip::Inputs in;
-  chip::Inputs step(std::uint64_t, const chip::Outputs&) const { return in; }
-  std::uint64_t next_event() const { return chip::kForever; }
-};
-
 // A new plan takes the place of an earlier one, and of nothing that somebody else put there.
 void require_replaceable(const fs::path& folder) {
   if (!fs::exists(folder)) return;
@@ -125,7 +118,7 @@ void WindowPlanner::run_until(std::uint64_t cycle) {
   const std::uint64_t begin = run_.cycle;
   const chip::Inputs in = inputs_of(levels_);
   const chip::Outputs recorded = outputs_of(levels_);
-  StillPins still{in};
+  chip::StillPins still{in};  // between two changes of the recording
   const auto check = [&](std::uint64_t at, const chip::Inputs&, const chip::Outputs& left) {
     const chip::Outputs standing = before_clock(left, in);
     if (standing != recorded) refuse(fmt::format("cycle {}: {}", at, output_difference(recorded, standing)));

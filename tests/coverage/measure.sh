@@ -11,7 +11,7 @@ here=$root/tests/coverage
 build=$root/build/coverage
 out=$(mkdir -p "${1:-$root/out/coverage}" && cd "${1:-$root/out/coverage}" && pwd -P)
 
-install_packages run vision silicon hls live page packages docs peers check coverage
+install_packages run vision silicon hls live page python packages docs peers check coverage
 configure coverage "${all_parts[@]}"
 # counts of earlier tests go; the recordings are made anew, as making them is what runs their program
 find "$build" -name '*.gcda' -delete

@@ -42,7 +42,7 @@ from pages import ROOT, Piece, all_pages, pieces
 SECONDS_AT_MOST = 900
 COMPILER_CACHE = "/usr/lib/ccache"  # Debian's: g++ found there compiles what it has not compiled before
 RUN = ("sh",)
-READ = ("toml", "json", "python", "cpp", "cmake", "systemverilog", "ini", "diff", "text", "mermaid")
+READ = ("toml", "json", "python", "c", "cpp", "cmake", "systemverilog", "ini", "diff", "text", "mermaid")
 TOOL = r"(?:[A-Z_]+=\S+ )*(?:meltstage|\./run|\./check|make|cmake|ctest|git|g\+\+|python3)(?: |$)"
 TOOL_COMMAND = re.compile(r"\s*(?:\$ )?" + TOOL)
 COMMAND = re.compile(rf"\s*(?:{TOOL}|[\w.-]+/[\w./-]+(?: |$))")
@@ -96,6 +96,9 @@ def program_name(page: pathlib.Path, block: Piece) -> str:
 def content(block: Piece) -> str:
     """The block's text, as a file would hold it."""
     return "\n".join(block.lines) + "\n"
+
+
+OF_RUN = {("./run", "python"), ("./run", "--build")}  # the script's own, not verbs of the command
 
 
 class Help:
@@ -157,6 +160,8 @@ def check_commands(script: str, known: Help, folder: pathlib.Path) -> None:
             words = words[1:]
         if not words:
             continue
+        if tuple(words[:2]) in OF_RUN:
+            continue
         if words[0] in ("meltstage", "./run"):
             known.check(words[1:])
         elif words[0] == "ctest" and "-R" in words:
@@ -176,7 +181,10 @@ def check_spans(page: pathlib.Path, known: Help) -> list[str]:
         text = "\n".join(piece.lines)
         for span in re.finditer(r"`((?:meltstage|\./run) [^`]+)`", text):
             line = piece.line + text.count("\n", 0, span.start())
-            words = span.group(1).replace("\\|", "|").split()[1:]
+            words = span.group(1).replace("\\|", "|").split()
+            if tuple(words[:2]) in OF_RUN:
+                continue
+            words = words[1:]
             words = [re.split(r"[|=]", word.strip("[]"))[0] for word in words]
             verbs = []
             for word in words:  # stops at what stands for a name: JOB.toml, NAME, ...
@@ -201,7 +209,9 @@ class Folder:
         (path / "build/release").symlink_to(build)
         # ./run installs, builds and hands its arguments on; installed and built is all when tests run
         stand_in = path / "run"
-        stand_in.write_text('#!/bin/sh\nexec meltstage "$@"\n')
+        stand_in.write_text(
+            '#!/bin/bash\n[ "$1" != python ] || PYTHONPATH=build/release/python exec /usr/bin/python3 -B "${@:2}"\nexec meltstage "$@"\n'
+        )
         stand_in.chmod(0o755)
         self.environment = {**os.environ, "PATH": f"{build / 'app'}:{COMPILER_CACHE}:{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}
 

@@ -6,7 +6,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../../.." && pwd -P)
 source "$root/cmake/setup.sh"
 {
-  install_packages run vision silicon hls live page packages docs peers check
+  install_packages run vision silicon hls live page python packages docs peers check
   configure release "${all_parts[@]}"
   build release mutants || exit 2
 } >&2
