@@ -12,6 +12,7 @@ set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_COMPONENTS_ALL)
 
@@ -58,7 +59,10 @@ meltstage_deb(libmeltstage-dev SECTION libdevel TITLE "chip model, driver and mo
   TEXT "Static libraries and headers: the bit-accurate chip, its Modbus driver, pin\nrecordings, velocity profiles, tours, calibration. For CMake and pkg-config."
   SUGGESTS "libceres-dev, libopencv-imgproc-dev"
   DEPENDS "libfmt-dev, libeigen3-dev, libssl-dev, libmodbus-dev, libnlopt-cxx-dev, libpugixml-dev, libfreexl-dev, libcsv-dev, libzip-dev"
-  COMPONENTS ${parts})
+  COMPONENTS ${parts} c)
+meltstage_deb(python3-meltstage SECTION python TITLE "chip model, bench and motion planning in Python"
+  TEXT "The bit-accurate chip on its simulated head, pin recordings, profiles and\ntours, with NumPy arrays."
+  DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy" COMPONENTS python)
 meltstage_deb(meltstage-rtl ALL SECTION electronics TITLE "the chip in SystemVerilog"
   TEXT "The temperature-controller chip for designs of one's own: file list,\nFuseSoC core, lint waivers, and a system to begin with."
   COMPONENTS rtl)
@@ -68,5 +72,5 @@ get_property(libraries GLOBAL PROPERTY MELTSTAGE_PART_TARGETS)
 add_custom_target(debian_packages
   COMMAND ${CMAKE_COMMAND} -E rm -rf ${PROJECT_BINARY_DIR}/packages
   COMMAND ${CMAKE_CPACK_COMMAND} --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake > ${PROJECT_BINARY_DIR}/packages.log
-  DEPENDS ${programs} ${libraries} command_reference ${PROJECT_BINARY_DIR}/changelog.gz
+  DEPENDS ${programs} ${libraries} meltstage_c meltstage_python command_reference ${PROJECT_BINARY_DIR}/changelog.gz
   COMMENT "Debian packages (packages.log)" VERBATIM)

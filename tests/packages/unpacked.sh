@@ -11,4 +11,5 @@ usr/bin/meltstage print usr/share/meltstage/examples/first.toml --rtl none
 usr/bin/meltstage page --out chip.html
 usr/bin/meltstage regress list >/dev/null
 usr/bin/meltstage dft --help >/dev/null
+PYTHONPATH=usr/lib/python3/dist-packages /usr/bin/python3 -B -c 'import meltstage; chip = meltstage.Chip(); chip.step(100)'
 [[ -s usr/lib/cmake/meltstage/meltstage-config.cmake && -s usr/share/meltstage/rtl/tc.f ]]
