@@ -30,6 +30,7 @@ constexpr Bench kBenches[] = {
      bench_protection},
     {"prp", "alignment stage: nominal, the paper's calibration, full least squares, floor", bench_prp,
      prp_charts},
+    {"python", "the model stepped from Python, beside C++", bench_python},
     {"silicon", "the chip's netlist: area, timing at each corner, proof, what safety costs", bench_silicon},
     {"skip", "the model from event to event: a 490 s job, and what its time depends on", bench_skip},
     {"stage", "positioning accuracy before and after compensation, fly-by, droplets in images", bench_stage},

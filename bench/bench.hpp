@@ -69,6 +69,7 @@ std::vector<BenchRow> bench_proof(const BenchOptions& options);
 std::vector<BenchRow> bench_protection(const BenchOptions& options);
 std::vector<BenchRow> bench_prp(const BenchOptions& options);
 std::vector<BenchChart> prp_charts(const Progress& progress);
+std::vector<BenchRow> bench_python(const BenchOptions& options);
 std::vector<BenchRow> bench_silicon(const BenchOptions& options);
 std::vector<BenchRow> bench_skip(const BenchOptions& options);
 std::vector<BenchRow> bench_stage(const BenchOptions& options);

@@ -128,6 +128,7 @@ int live_bench(Options options) {
 
 Action add_live_command(CLI::App& cli, const std::string&) {
   CLI::App* command = cli.add_subcommand("live", "Show and operate a chip in a browser (docs/start/live.md)");
+  show_example(command, "live --simulate default");
   const auto options = std::make_shared<Options>();
   options->line.connection.timeout_s = kTimeout_s;
   CLI::Option* port = add_connection(command, options->line);

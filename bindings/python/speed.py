@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""speed.py [--least RATIO]: how fast meltstage.Chip.step() is beside the same loop in a C++ program, in processor time.
+"""speed.py [--least RATIO] [--json]: how fast meltstage.Chip.step() is beside the same loop in a C++ program, in processor time.
 
 Both take the same clocks from reset, in turn, and the fastest of their rounds counts. Run it as
 build/release/python/speed.py. Exit status: 0, 1 when the ratio is below --least, 2 for wrong use.
 """
 import argparse
+import json
 import pathlib
 import subprocess
 import sys
@@ -33,11 +34,15 @@ def cpp_ns() -> float:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--least", type=float, default=0.0, metavar="RATIO")
-    least = parser.parse_args().least
+    parser.add_argument("--json", action="store_true")
+    asked = parser.parse_args()
     rounds = [(python_ns(), cpp_ns()) for _ in range(ROUNDS)]
     python, cpp = (min(times) for times in zip(*rounds))
-    print(f"a clock by Chip.step(): {python:.1f} ns; in C++: {cpp:.1f} ns; speed of Python over C++: {cpp / python:.2f}")
-    return 0 if cpp / python >= least else 1
+    if asked.json:
+        print(json.dumps({"python_ns": python, "cpp_ns": cpp}))
+    else:
+        print(f"a clock by Chip.step(): {python:.1f} ns; in C++: {cpp:.1f} ns; speed of Python over C++: {cpp / python:.2f}")
+    return 0 if cpp / python >= asked.least else 1
 
 
 if __name__ == "__main__":
