@@ -6,6 +6,7 @@
 #include <array>
 
 #include "app/chip/chip_run.hpp"
+#include "app/live/reading.hpp"
 #include "base/error.hpp"
 #include "base/place.hpp"
 
@@ -19,9 +20,7 @@ struct AtChip {
   std::string operator()(const Set& set) const {
     const std::array settings{host::Setting{set.reg, set.value}};
     chip.write(settings);
-    return fmt::format("{} is {}{}{}", set.reg->name,
-                       host::value_text(*set.reg, host::to_raw(*set.reg, set.value)),
-                       set.reg->unit.empty() ? "" : " ", set.reg->unit);
+    return is_now(*set.reg, host::to_raw(*set.reg, set.value));
   }
   std::string operator()(const Run&) const {
     run_chip(chip);

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "base/error.hpp"
@@ -99,7 +101,14 @@ Command without_id(const Json& object) {
 }  // namespace
 
 Command parse_command(std::string_view json) {
-  const Json object = Json::parse(json, nullptr, false);
+  std::set<std::string> keys;
+  const auto each_once = [&](int depth, Json::parse_event_t event, const Json& parsed) {
+    if (depth == 1 && event == Json::parse_event_t::key && !keys.insert(parsed.get<std::string>()).second)
+      throw UserError(fmt::format("command: found \"{}\" twice, expected it once",
+                                  shown(parsed.get_ref<const std::string&>())));
+    return true;
+  };
+  const Json object = Json::parse(json, each_once, false);
   if (!object.is_object())
     throw UserError(
         fmt::format("command: found {}, expected a JSON object such as {{\"id\":\"1\",\"do\":\"run\"}}",

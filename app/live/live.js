@@ -62,6 +62,17 @@ class LiveChart extends TemperatureChart {
 // "run_2026-01-31_235959_2.csv": "2026-01-31 23:59:59 (2)".
 const runTitle = name => name.replace(/^run_(.*)_(\d\d)(\d\d)(\d\d)(?:_(\d+))?\.csv$/, (_, date, hour, minute, second, number) =>
   `${date} ${hour}:${minute}:${second}${number ? ` (${number})` : ""}`);
+// Each duty holds until the next row; where the line was lost there is none.
+function meanDuty(rows) {
+  let seconds = 0, sum = 0;
+  for (let i = 0; i + 1 < rows.length; ++i) {
+    const [time, , , duty] = rows[i];
+    if (duty === null) continue;
+    seconds += rows[i + 1][0] - time;
+    sum += duty * (rows[i + 1][0] - time);
+  }
+  return seconds > 0 ? sum / seconds : 0;
+}
 const heatingBegins = rows => rows.find(([, , , duty]) => duty > 0)?.[0];
 
 class Page {
@@ -206,10 +217,10 @@ class Page {
   }
 
   tellFigures(line, rows) {
-    const temperatures = rows.map(row => row[1]).filter(value => value !== null), duties = rows.map(row => row[3]).filter(value => value !== null);
+    const temperatures = rows.map(row => row[1]).filter(value => value !== null);
     const figures = rows.length < 2 || !temperatures.length ? ["–", "–", "–", "–"]
       : [`${(rows.at(-1)[0] - rows[0][0]).toFixed(0)} s`, `${Math.max(...temperatures).toFixed(2)} °C`, `${temperatures.at(-1).toFixed(2)} °C`,
-         `${(duties.reduce((sum, duty) => sum + duty, 0) / duties.length).toFixed(1)} %`];
+         `${meanDuty(rows).toFixed(1)} %`];
     figures.forEach((figure, i) => { line.cells[i + 1].textContent = figure; });
   }
 

@@ -117,4 +117,9 @@ std::vector<std::string> Registers::changed_since(const Registers& before) const
   return changed;
 }
 
+std::string is_now(const host::Register& reg, std::uint16_t word) {
+  return fmt::format("{} is {}{}{}", reg.name, host::value_text(reg, word), reg.unit.empty() ? "" : " ",
+                     reg.unit);
+}
+
 }  // namespace meltstage::app::live

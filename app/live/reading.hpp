@@ -51,4 +51,7 @@ constexpr bool went_back(std::uint16_t before, std::uint16_t now) {
   return static_cast<std::uint16_t>(now - before) >= kHalf;
 }
 
+/// What a register has, in a sentence: "SETPOINT is 80.0 degC".
+std::string is_now(const host::Register& reg, std::uint16_t word);
+
 }  // namespace meltstage::app::live

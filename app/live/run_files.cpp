@@ -119,6 +119,7 @@ std::string runs_json(const std::filesystem::path& folder) {
        !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
     std::error_code ignored;
     std::string name = entry->path().filename().string();
+    if (entry->symlink_status(ignored).type() != std::filesystem::file_type::regular) continue;
     if (std::regex_match(name, kName)) runs.emplace_back(std::move(name), entry->file_size(ignored));
   }
   std::sort(runs.rbegin(), runs.rend());

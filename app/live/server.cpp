@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "base/error.hpp"
+#include "base/place.hpp"
 #include "live_page.hpp"
 
 namespace meltstage::app::live {
@@ -61,7 +62,7 @@ const httplib::Headers kSafety{{"Content-Security-Policy",
 
 void say(httplib::Response& response, int status, const std::string& line) {
   response.status = status;
-  response.set_content(line + "\n", "text/plain; charset=utf-8");
+  response.set_content(escaped(line) + "\n", "text/plain; charset=utf-8");
 }
 
 int status_of(Outcome outcome) {

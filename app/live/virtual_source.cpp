@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "app/live/reading.hpp"
 #include "base/error.hpp"
 #include "cmodel/spec.hpp"
 #include "host/errors.hpp"
@@ -32,10 +33,11 @@ struct VirtualSource::Done {
   VirtualSource& source;
 
   std::string operator()(const Set& set) const {
-    return source.carry_out(fmt::format("set {} {}", set.reg->name, set.value));
+    return source.carry_out(fmt::format("set {} {}", set.reg->name, set.value),
+                            is_now(*set.reg, host::to_raw(*set.reg, set.value)));
   }
-  std::string operator()(const Run&) const { return source.carry_out("run"); }
-  std::string operator()(const Stop&) const { return source.carry_out("stop"); }
+  std::string operator()(const Run&) const { return source.carry_out("run", "heating is on"); }
+  std::string operator()(const Stop&) const { return source.carry_out("stop", "the heater is off"); }
   std::string operator()(const ClearFaults&) const { return source.carry_out("clear"); }
   std::string operator()(const Tune&) const { return source.carry_out("tune"); }
   std::string operator()(const BenchEvent& event) const { return source.carry_out(event.text); }
@@ -90,7 +92,7 @@ std::vector<std::uint16_t> VirtualSource::read(std::span<const host::Register* c
 std::string VirtualSource::carry_out(const Command& command) { return std::visit(Done{*this}, command.what); }
 
 // At its next clock; the time until the answer is let pass at once.
-std::string VirtualSource::carry_out(const std::string& text) {
+std::string VirtualSource::carry_out(const std::string& text, const std::string& done) {
   advance();
   tb::ParsedEvent parsed = tb::parse_event(text, run_.cycle());
   if (parsed.defect)
@@ -110,7 +112,7 @@ std::string VirtualSource::carry_out(const std::string& text) {
   }
   if (!answer_) throw host::BusError("no answer");
   if (answer_->failed) throw host::BusError(answer_->answer);
-  return answer_->answer == "done" ? "" : answer_->answer;
+  return answer_->answer == "done" ? done : answer_->answer;
 }
 
 }  // namespace meltstage::app::live

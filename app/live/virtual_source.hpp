@@ -32,7 +32,8 @@ class VirtualSource : public Source {
 
   void advance();
   void set_speed(double speed);
-  std::string carry_out(const std::string& event);
+  // `done`: what is told when the chip says no more.
+  std::string carry_out(const std::string& event, const std::string& done = "");
   void take_log();
 
   tb::ScriptedRun run_;

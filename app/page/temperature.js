@@ -13,18 +13,20 @@ const curves = [
 const longestFollowed_s = 600;
 const mostPoints = 700;  // a curve, of which each holds the least and the largest value of its stretch
 
-// Least and largest of a column in each of so many stretches of rows, in the order of time.
+// Least and largest of a column in each of so many stretches of rows, and a gap in it, in the order of time.
 function thinned(rows, first, last, column) {
   const points = [];
   const step = Math.max(1, Math.ceil((last - first) / mostPoints));
   for (let begin = first; begin < last; begin += step) {
-    let low = begin, high = begin;
+    let low = begin, high = begin, gap = null;
     for (let i = begin; i < Math.min(last, begin + step); ++i) {
       const value = rows.data[i * rows.width + column];
+      if (Number.isNaN(value)) gap = i;
       if (!(value >= rows.data[low * rows.width + column])) low = i;
       if (!(value <= rows.data[high * rows.width + column])) high = i;
     }
-    for (const i of low === high ? [low] : [Math.min(low, high), Math.max(low, high)])
+    const kept = new Set(gap === null ? [low, high] : [low, high, gap]);
+    for (const i of Array.from(kept).sort((a, b) => a - b))
       points.push({ x: rows.data[i * rows.width], y: rows.data[i * rows.width + column] });
   }
   return points;

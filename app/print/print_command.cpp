@@ -30,7 +30,7 @@ Action add_print_command_with(CLI::App& cli, const std::string& typed, BoardAlig
   command->add_option("JOB", s->print.job, "Job file (TOML); reference in docs/print/jobs.md")->required();
   command->add_option("--out", s->print.out, "Folder to write (default: out/NAME of the job file)");
   CLI::Option* rtl_option =
-      command->add_option("--rtl", s->rtl, "RTL beside the model: chosen windows, full job, none")
+      command->add_option("--rtl", s->rtl, "RTL beside the model: chosen windows (default), full job, none")
           ->transform(CLI::CheckedTransformer(
               std::map<std::string, tb::RtlWindows>{{"chosen", tb::RtlWindows::chosen},
                                                     {"full", tb::RtlWindows::full},

@@ -55,6 +55,11 @@ Json read_summary(const fs::path& folder) {
   return Json::parse(text);
 }
 
+double number_of(const Json& value) {
+  if (!value.is_number()) throw Json::type_error::create(302, "no number", &value);
+  return value;
+}
+
 void take_figures(const Json& summary, std::size_t print, std::vector<Figure>& figures) {
   for (const Json& entry : summary.at("key_figures")) {
     const std::string what = entry.at("what"), unit = entry.at("unit");
@@ -62,8 +67,8 @@ void take_figures(const Json& summary, std::size_t print, std::vector<Figure>& f
                                [&](const Figure& f) { return f.what == what && f.unit == unit; });
     if (figure == figures.end()) figure = figures.insert(figures.end(), {what, unit, {}});
     figure->values.resize(print);
-    figure->values.push_back(entry.at("value").is_number() ? std::optional(entry.at("value").get<double>())
-                                                           : std::nullopt);
+    const Json& value = entry.at("value");
+    figure->values.push_back(value.is_null() ? std::nullopt : std::optional(number_of(value)));
   }
 }
 
@@ -85,10 +90,14 @@ Comparison compare(const std::vector<fs::path>& folders) {
   return comparison;
 }
 
-std::string cell(std::string text) {
-  for (std::size_t at = text.find('|'); at != std::string::npos; at = text.find('|', at + 2))
-    text.insert(at, "\\");
-  return escaped(text);
+// Text in Markdown: its own marks stand for themselves.
+std::string cell(const std::string& text) {
+  std::string plain;
+  for (const char c : escaped(text)) {
+    if (std::string_view("|`*_<[").find(c) != std::string_view::npos) plain += '\\';
+    plain += c;
+  }
+  return plain;
 }
 
 std::string value_text(const std::optional<double>& value) {
@@ -102,16 +111,21 @@ std::string beside(const std::optional<double>& first, const std::optional<doubl
   const std::string text = value_text(value);
   if (!first || !value || text == value_text(first)) return text;
   if (*first == 0.0) return text + " (was 0)";
-  return fmt::format("{} ({:+.1f} %)", text, 100.0 * (*value - *first) / std::abs(*first));
+  constexpr double kMost_percent = 1000.0;
+  const double change_percent = 100.0 * (*value - *first) / std::abs(*first);
+  if (!(std::abs(change_percent) < kMost_percent)) return fmt::format("{} (x {:.3g})", text, *value / *first);
+  return fmt::format("{} ({:+.1f} %)", text, change_percent);
 }
 
 void tell(const Comparison& comparison) {
-  for (const Print& print : comparison.prints)
-    fmt::print("- `{}` {} of {}: {}\n", escaped(print.folder), print.good ? "good" : "**not good**",
+  for (std::size_t i = 0; i < comparison.prints.size(); ++i) {
+    const Print& print = comparison.prints[i];
+    fmt::print("{}. {}: {} of {}: {}\n", i + 1, cell(print.folder), print.good ? "good" : "**not good**",
                escaped(print.date), escaped(print.verdict));
+  }
   std::string head = "\n| |", rule = "|---|";
-  for (const Print& print : comparison.prints) {
-    head += fmt::format(" {} |", cell(print.job));
+  for (std::size_t i = 0; i < comparison.prints.size(); ++i) {
+    head += fmt::format(" {}. {} |", i + 1, cell(comparison.prints[i].job));
     rule += "---:|";
   }
   fmt::print("{} |\n{}---|\n", head, rule);

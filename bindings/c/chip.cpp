@@ -30,7 +30,7 @@ std::uint32_t pin_number(const char* name, std::uint32_t count) {
     if (spec::kPins[pin].name == wanted) return pin;
     known += fmt::format("{}{}", pin == 0 ? "" : ", ", spec::kPins[pin].name);
   }
-  throw UserError(fmt::format("pin: found {}, expected one of {}", shown(wanted), known));
+  throw UserError(fmt::format("pin: found \"{}\", expected one of {}", shown(wanted), known));
 }
 
 // An input register, or else a holding one.
@@ -50,7 +50,7 @@ Found find_register(const char* name) {
       return {nullptr, &spec::kHolding[i], static_cast<std::uint16_t>(spec::kHoldingBase + i)};
   }
   throw UserError(
-      fmt::format("register: found {}, expected a name of docs/chip/registers.md", shown(wanted)));
+      fmt::format("register: found \"{}\", expected a name of docs/chip/registers.md", shown(wanted)));
 }
 
 Found find_readable(const char* name) {
@@ -82,8 +82,8 @@ const tb::Flop& find_flop(const char* name) {
   for (const tb::Flop* flop : tb::flops_in_order()) {
     if (flop != nullptr && tb::name_of(*flop) == wanted) return *flop;
   }
-  throw UserError(
-      fmt::format("flop: found {}, expected a name such as guard.run_q or mem.active_q[3]", shown(wanted)));
+  throw UserError(fmt::format("flop: found \"{}\", expected a name such as guard.run_q or mem.active_q[3]",
+                              shown(wanted)));
 }
 
 }  // namespace
@@ -111,7 +111,12 @@ ms_status ms_chip_step(ms_chip* chip, uint64_t clocks) {
 }
 
 ms_status ms_chip_advance(ms_chip* chip, uint64_t clocks) {
-  return guarded([&] { required(chip, "chip").model.advance(clocks); });
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 62;
+  return guarded([&] {
+    ms_chip& found = required(chip, "chip");
+    if (clocks > kMost) throw UserError(fmt::format("clocks: found {}, expected 0 to {}", clocks, kMost));
+    found.model.advance(clocks);
+  });
 }
 
 ms_status ms_chip_cycle(const ms_chip* chip, uint64_t* cycle) {
@@ -177,7 +182,7 @@ ms_status ms_chip_command(ms_chip* chip, const char* word) {
         return write(found, spec::kHoldingBase + spec::kRegCmd, command.code, wanted);
       known += fmt::format("{}{}", known.empty() ? "" : ", ", command.name);
     }
-    throw UserError(fmt::format("command: found {}, expected one of {}", shown(wanted), known));
+    throw UserError(fmt::format("command: found \"{}\", expected one of {}", shown(wanted), known));
   });
 }
 

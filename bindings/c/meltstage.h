@@ -47,7 +47,7 @@ void ms_chip_free(ms_chip *chip);
 
 /* Clocks the chip, one clock after the other (12 MHz), with the pins as they stand. */
 ms_status ms_chip_step(ms_chip *chip, uint64_t clocks);
-/* Ends in the same state in a fraction of the time: clocks in which the chip only counts are left out. */
+/* Ends in the same state in a fraction of the time: clocks in which the chip only counts are left out. 2^62 clocks at most. */
 ms_status ms_chip_advance(ms_chip *chip, uint64_t clocks);
 /* Clocks since the chip was made. */
 ms_status ms_chip_cycle(const ms_chip *chip, uint64_t *cycle);

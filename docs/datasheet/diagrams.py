@@ -137,7 +137,7 @@ def application() -> str:
     drawing.rect(222, 30, 150, 320, PALE, INK)
     drawing.text(297, 122, "TC1", size=15, bold=True)
     left = {"uart_rx_i": 60, "uart_tx_o": 76, "uart_de_o": 92, "spi_cs_no": 150, "spi_sclk_o": 166, "spi_miso_i": 182, "spi_mosi_o": 198,
-            "clk_i": 242, "rst_ni": 274, "addr_strap_i": 298, "test pins": 322}
+            "clk_i": 242, "rst_ni": 274, "addr_strap_i": 298, "test inputs": 322}
     right = {"safe_en_o": 66, "heater_fb_i": 150, "heater_o": 232, "inhibit_i": 276, "drop_i": 300, "fault_no": 318, "at_temp_o": 334}
     for name, y in left.items():
         drawing.line(206, y, 222, y)
@@ -155,8 +155,9 @@ def application() -> str:
     drawing.text(140, 124, "USB UART: leave uart_de_o open", size=8.5)
     # sensor
     box(drawing, 96, 142, 88, 66, "Sensor IC", "MAX31855", "at 3.3 V", fill="white")
-    for y in (150, 166, 182, 198):
+    for y in (150, 166, 182):
         drawing.line(184, y, 206, y)
+    drawing.text(202, 220, "not MAX31855", "end", 8.5)
     drawing.polyline([(96, 160), (60, 160), (48, 175)])
     drawing.polyline([(96, 190), (60, 190), (48, 175)])
     drawing.circle(48, 175, 3, VERMILION, VERMILION)
@@ -165,13 +166,8 @@ def application() -> str:
     # clock, reset, straps
     box(drawing, 120, 232, 64, 20, "12 MHz", fill="white")
     drawing.line(184, 242, 206, 242)
-    drawing.line(206, 274, 150, 274)
-    resistor(drawing, 138, 274, False, "10 k")
-    drawing.line(126, 274, 108, 274)
-    drawing.text(104, 277, "3.3 V", "end", 9)
-    drawing.polyline([(170, 274), (170, 284)])
-    drawing.circle(170, 274, 2)
-    drawing.text(164, 293, "reset to ground", "end", 8.5)
+    box(drawing, 104, 260, 80, 28, "Supervisor", "of the supply", fill="white")
+    drawing.line(184, 274, 206, 274)
     drawing.polyline([(206, 298), (190, 298), (190, 338)])
     drawing.polyline([(206, 322), (190, 322)])
     ground(drawing, 190, 338)

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <pugixml.hpp>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,9 +38,29 @@ std::vector<pugi::xml_node> children(const pugi::xml_node& parent, std::string_v
   return list;
 }
 
+/// Bytes of the first characters of a text in UTF-8.
+std::size_t bytes_of(std::string_view text, std::size_t characters) {
+  const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; };
+  std::size_t bytes = 0;
+  for (; characters > 0 && bytes < text.size(); --characters) do
+      ++bytes;
+    while (bytes < text.size() && continues(text[bytes]));
+  return bytes;
+}
+
+/// Attributes that say nothing of where a die lies or whether it passes.
+constexpr std::string_view kOfNoMatter[] = {
+    "SubstrateId", "SubstrateType", "SubstrateNumber", "WaferId",        "FormatRevision", "ProductId",
+    "LotId",       "WaferSize",     "CreateDate",      "LastModified",   "SupplierName",   "Status",
+    "MapName",     "MapVersion",    "Version",         "BinDescription", "ProductCode",    "RecipeName",
+    "ToolType",    "CarrierType",   "CarrierId",       "SlotNumber",     "DeviceSizeX",    "DeviceSizeY",
+    "Rows",        "Columns",       "Orientation",     "OriginLocation", "BinType",        "NullBin",
+    "MapType",     "BinCode",       "BinCount",        "BinQuality",     "schemaLocation"};
+
 /// A bin, and whether its dies are good ones; nothing where the map doesn't say.
 struct Bin {
   std::optional<bool> good;
+  std::optional<std::size_t> count;  // by its own word
   std::size_t dies = 0;
 };
 
@@ -48,6 +69,8 @@ class WaferMap {
   WaferMap(const std::filesystem::path& path, std::string_view content) : path_(path), content_(content) {
     if (std::count(content.begin(), content.end(), '<') > kMostTags)
       fail(path, fmt::format("found more than {} tags, expected a wafer map", kMostTags));
+    if (content.find("<!ENTITY") != content.npos)
+      fail(path, "found entities of its own (<!ENTITY), expected a map without");
     const pugi::xml_parse_result parsed =
         document_.load_buffer(content.data(), content.size(), pugi::parse_default | pugi::parse_ws_pcdata);
     if (!parsed)
@@ -58,9 +81,15 @@ class WaferMap {
   RawPoints read() {
     const pugi::xml_node map = only_map();
     const pugi::xml_node device = only(map, "Device");
+    for (const pugi::xml_node& node : {map, device}) look_at_attributes(node);
     read_device(device);
-    for (const pugi::xml_node& bin : children(device, "Bin")) read_bin(bin);
-    const std::vector<pugi::xml_node> rows = children(only(device, "Data"), "Row");
+    for (const pugi::xml_node& bin : children(device, "Bin")) {
+      look_at_attributes(bin);
+      read_bin(bin);
+    }
+    const pugi::xml_node data = only(device, "Data");
+    look_at_attributes(data);
+    const std::vector<pugi::xml_node> rows = children(data, "Row");
     if (rows.size() != rows_)
       fail(path_, fmt::format("row {}: found {}, expected {} as Rows says", row_of(device),
                               counted(rows.size(), "Row"), rows_));
@@ -119,6 +148,20 @@ class WaferMap {
     return static_cast<std::size_t>(value);
   }
 
+  /// Each attribute once; the names of those that might matter and aren't known.
+  void look_at_attributes(const pugi::xml_node& node) {
+    std::set<std::string_view> seen;
+    for (const pugi::xml_attribute& attribute : node.attributes()) {
+      const std::string_view whole = attribute.name();
+      const std::string_view name = whole.substr(whole.find(':') + 1);
+      if (!seen.insert(whole).second)
+        refuse(node, fmt::format("found {} twice, expected it once", in_quotes(whole)));
+      if (!whole.starts_with("xmlns") &&
+          std::find(std::begin(kOfNoMatter), std::end(kOfNoMatter), name) == std::end(kOfNoMatter))
+        unknown_.insert(std::string(name));
+    }
+  }
+
   void read_device(const pugi::xml_node& device) {
     rows_ = whole_number(device, "Rows");
     columns_ = whole_number(device, "Columns");
@@ -153,6 +196,8 @@ class WaferMap {
       bin.good = quality == "pass";
     else if (!quality.empty() && quality != "null")
       refuse(node, fmt::format("BinQuality: found {}, expected Pass or Fail", in_quotes(told)));
+    if (node.attribute("BinCount"))
+      bin.count = static_cast<std::size_t>(number(node, "BinCount", 0.0, kMostDies * kMostDies));
     if (!bins_.emplace(code, bin).second)
       refuse(node, fmt::format("found bin {} twice, expected it once", in_quotes(code)));
   }
@@ -168,24 +213,40 @@ class WaferMap {
                             in_quotes(bin_type_)));
   }
 
-  std::vector<std::string> codes_of(const pugi::xml_node& row) const {
+  /// The text of a row, without the blanks around it, unless a blank is a code.
+  std::string text_of(const pugi::xml_node& row) const {
     std::string text;
-    for (const pugi::xml_node& part : row.children()) text += part.value();
+    for (const pugi::xml_node& part : row.children()) {
+      if (part.type() == pugi::node_element)
+        refuse(row, fmt::format("found {} in it, expected codes alone", in_quotes(part.name())));
+      if (part.type() != pugi::node_comment) text += part.value();
+    }
+    const bool blank_is_code = null_bin_.find(' ') != std::string::npos ||
+                               std::any_of(bins_.begin(), bins_.end(), [](const auto& bin) {
+                                 return bin.first.find(' ') != std::string::npos;
+                               });
+    const char* around = blank_is_code ? "\t\r\n" : " \t\r\n";
+    const std::size_t begin = std::min(text.find_first_not_of(around), text.size());
+    return text.substr(begin, text.find_last_not_of(around) + 1 - begin);
+  }
+
+  std::vector<std::string> codes_of(const pugi::xml_node& row) const {
+    const std::string text = text_of(row);
     std::vector<std::string> codes;
-    std::string_view left = trimmed(text);
+    std::string_view left = text;
     const std::size_t width = code_width(row);
-    while (!left.empty()) {
+    while (!left.empty() && codes.size() <= columns_) {
       const std::size_t length =
-          width == 0 ? std::min(left.find_first_of(" \t\r\n"), left.size()) : std::min(width, left.size());
+          width == 0 ? std::min(left.find_first_of(" \t\r\n"), left.size()) : bytes_of(left, width);
       codes.emplace_back(left.substr(0, length));
       left.remove_prefix(length);
       if (width == 0) left = trimmed(left);
-      if (codes.size() > columns_) break;
     }
     return codes;
   }
 
   void read_row(const pugi::xml_node& row, std::size_t line) {
+    look_at_attributes(row);
     const std::vector<std::string> codes = codes_of(row);
     if (codes.size() != columns_)
       refuse(row, fmt::format("found {} {}, expected {} as Columns says",
@@ -210,17 +271,28 @@ class WaferMap {
   }
 
   void tell() {
+    std::size_t failing = 0;
     result_.notes.emplace_back("(0, 0) is the middle of the die in the map's first row and column");
     for (const auto& [code, bin] : bins_) {
+      if (bin.count && *bin.count != bin.dies)
+        result_.notes.push_back(fmt::format("BinCount of bin {} is {}, and the rows hold {} of it",
+                                            in_quotes(code), *bin.count, counted(bin.dies, "die")));
       if (bin.dies == 0) continue;
-      if (bin.good == false)
+      if (bin.good == false) {
+        failing += bin.dies;
         result_.notes.push_back(fmt::format("{} of bin {}, which fails, make no bump",
                                             counted(bin.dies, "die"), in_quotes(code)));
+      }
       if (!bin.good)
         result_.notes.push_back(
             fmt::format("{} of bin {}, of which the map doesn't say whether it passes, make bumps",
                         counted(bin.dies, "die"), in_quotes(code)));
     }
+    if (result_.points.empty())
+      fail(path_, fmt::format("found no die that passes, and {} of bins that fail, expected one at least",
+                              counted(failing, "die")));
+    for (const std::string& name : unknown_)
+      result_.notes.push_back(fmt::format("the map's {} is not read", in_quotes(name)));
   }
 
   const std::filesystem::path& path_;
@@ -233,6 +305,7 @@ class WaferMap {
   std::string bin_type_, null_bin_;
   double width_ = 1.0, height_ = 1.0;  // of a die: mm, or a step of the job's pitch
   std::map<std::string, Bin> bins_;
+  std::set<std::string> unknown_;  // attributes
 };
 
 }  // namespace

@@ -206,7 +206,7 @@ def moved_edge() -> None:
 TOLD = (
     ("two clocks (0.17 µs) from the cause to heater off", "docs/chip/protection.md", "two clocks (0.17 us) after it is there"),
     ("The result is there 19 clocks after it was started", "docs/chip/blocks/algor.md", "every start is answered in 19 clocks"),
-    ("at most 50 clocks, and 121 more behind a Discard", "docs/chip/blocks/sysctrl.md", "at most 50 clocks: 16 values are judged, then written. It takes 121 more"),
+    ("at most 50 clocks, and 125 more behind a Discard", "docs/chip/blocks/sysctrl.md", "at most 50 clocks: 16 values are judged, then written. It takes 125 more"),
     ("2.3 characters; with FORMAT bit 2 (PAUSE) 1.75 ms", "docs/host/bus.md", "A host may pause for 2.3 characters inside a frame"),
     ("1.75 ms at any speed", "docs/host/bus.md", "bit 2 (PAUSE) set: up to 1.75 ms"),
     ("4 to 256 bytes", "docs/chip/blocks/uartc.md", "it has 4 to 256 bytes"),

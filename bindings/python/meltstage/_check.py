@@ -63,7 +63,7 @@ def clocks(name: str, value: Any) -> int:
 
 def number(name: str, value: Any, least: float = -math.inf, most: float = math.inf) -> float:
     """A finite number of the range; no text, no array of several."""
-    if isinstance(value, (str, bytes, bytearray)):
+    if isinstance(value, (str, bytes, bytearray)) or value is np.ma.masked:
         raise wrong_type(name, value, "a number")
     try:
         found = float(value)
@@ -113,12 +113,18 @@ def path(name: str, value: Any) -> bytes:
     return found
 
 
+def _array(name: str, value: npt.ArrayLike, expected: str) -> npt.NDArray[Any]:
+    if np.ma.is_masked(value):  # np.asarray would take what the mask hides
+        raise refused(name, "masked elements", "none; leave them out, or fill them")
+    try:
+        return np.asarray(value)
+    except ValueError:
+        raise wrong_type(name, value, expected) from None
+
+
 def numbers(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """Finite numbers in an array of any shape, in C order."""
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        raise wrong_type(name, value, "an array of numbers, all rows of one length") from None
+    array = _array(name, value, "an array of numbers, all rows of one length")
     if array.size == 0 and array.dtype.kind in "fiu":
         return np.zeros(array.shape)
     if array.dtype.kind not in "fiu":
@@ -147,10 +153,7 @@ def points(name: str, value: npt.ArrayLike, columns: int) -> npt.NDArray[np.floa
 
 def cycles(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:
     """Whole numbers from 0 on, in an array of any shape."""
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        raise wrong_type(name, value, "an array of whole numbers") from None
+    array = _array(name, value, "an array of whole numbers")
     if array.dtype.kind not in "iu":
         raise wrong_type(name, value, "an array of whole numbers")
     if array.size and (array.min() < 0 or array.max() > MOST_CLOCKS):
@@ -161,10 +164,7 @@ def cycles(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:
 
 def levels(name: str, value: npt.ArrayLike, width: int) -> npt.NDArray[np.uint8]:
     """Levels of a pin of `width` bits, one a clock."""
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        raise wrong_type(name, value, "an array of levels") from None
+    array = _array(name, value, "an array of levels")
     if array.dtype.kind not in "iub":
         raise wrong_type(name, value, "an array of whole numbers or bools")
     if array.ndim != 1:

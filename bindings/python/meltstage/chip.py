@@ -269,14 +269,18 @@ class Chip:
         return {"flops": dict(self.flops), "inputs": _levels(self), "cycle": self.cycle}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        flops = state["flops"]
-        if set(flops) != set(_FLOPS):
-            raise UserError("pickle: found a chip of another version, expected one with the flops of this one")
+        flops, inputs = (state.get(part) if isinstance(state, dict) else None for part in ("flops", "inputs"))
+        if not isinstance(flops, dict) or not isinstance(inputs, dict) or set(flops) != set(_FLOPS) or set(inputs) != set(_INPUTS):
+            raise UserError("pickle: found a damaged chip or one of another version, expected one with the flops and pins of this one")
         self._chip = _core.Chip()
-        self._chip.set_flops([(_FLOPS[name][0], value) for name, value in flops.items()])
-        for name, level in state["inputs"].items():
+        values = {name: check.whole(f"pickle: {name}", value, 0, 2**64 - 1) for name, value in flops.items()}
+        self._chip.set_flops([(_FLOPS[name][0], value) for name, value in values.items()])
+        for name, level in inputs.items():
             setattr(self.inputs, name, level)
-        self._chip.cycle = state["cycle"]
+        self._chip.cycle = check.clocks("pickle: cycle", state.get("cycle"))
+        for name, value in values.items():
+            if self.flops[name] != value:
+                raise UserError(f"pickle: {name}: found {value}, expected a number that the flop can hold")
 
     def __repr__(self) -> str:
         return f"<Chip: cycle {self.cycle}, {self.state}>"

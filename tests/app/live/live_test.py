@@ -417,11 +417,15 @@ def virtual() -> None:
             browser.choose("#speed", "0")
             browser.until("return document.getElementById('outcome').textContent.includes('hold the time: done')", "time stands", 5)
             before = browser.text("#temperature_now")
+            status, said = live.post({"do": "set", "register": "SET\u0000POINT", "value": 1})
+            assert status == 400 and "expected" in said, said
             status, said = live.post({"do": "stop"})
             assert status == 409 and "time stands" in said, said
             time.sleep(0.6)
             assert browser.text("#temperature_now") == before
             browser.choose("#speed", "10")
+            status, said = live.post({"do": "set", "register": "SETPOINT", "value": 60.04})
+            assert status == 200 and "SETPOINT is 60.0 degC" in said, said
             browser.choose("#knob_sensor", "open")
             fault = browser.until("return document.getElementById('faults').textContent", "the fault", 10)
             assert re.match(r"SensorFault: .*Next: ", fault), fault
@@ -456,6 +460,8 @@ def kept() -> None:
         (folder / "run_2020-01-02_000000.csv").write_text(hostile)
         (folder / "notes.txt").write_text("not a run")
         with Live(*virtual_run) as live, Browser() as browser:
+            listed = [run["name"] for run in json.loads(live.ask("GET", "/runs")[1])]
+            assert "run_2020-01-02_000000.csv" in listed and "run_2020-01-01_000000.csv" not in listed, listed
             status, rows = live.ask("GET", "/runs/run_2020-01-02_000000.csv")
             assert status == 200 and json.loads(rows) == [[1, 2, 3, 4], [2, None, None, None], [4, 5, 6, 7]], rows
             for path in ("/runs/run_2020-01-01_000000.csv", "/runs/../notes.txt", "/runs/notes.txt", "/runs/..%2f..%2fetc%2fpasswd", "/runs/run_2020-01-03_000000.csv", "/runs/"):

@@ -8,6 +8,7 @@
 
 #include "app/live/access.hpp"
 #include "app/live/answers.hpp"
+#include "app/live/command.hpp"
 #include "app/live/feed.hpp"
 #include "app/live/reading.hpp"
 #include "app/live/samples.hpp"
@@ -62,6 +63,14 @@ TEST(Feed, EndsItsStreams) {
   feed.close();
   EXPECT_FALSE(listener->next(1h));
   EXPECT_FALSE(feed.listen(""));
+}
+
+TEST(Command, HasEachKeyOnce) {
+  EXPECT_EQ(parse_command(R"({"id":"1","do":"set","register":"SETPOINT","value":50})").text,
+            "set SETPOINT 50 degC");
+  EXPECT_THROW(parse_command(R"({"id":"1","do":"stop","do":"run"})"), UserError);
+  EXPECT_THROW(parse_command(R"({"id":"1","do":"set","register":"SETPOINT","value":50,"value":60})"),
+               UserError);
 }
 
 TEST(Answers, KeepTheLastOnes) {

@@ -128,6 +128,17 @@ class WholeState(unittest.TestCase):
     def test_pickle(self):
         self.same_future(pickle.loads(pickle.dumps(self.chip)))
 
+    def test_a_damaged_pickle_is_refused(self):
+        def damaged(**parts):
+            return {**self.chip.__getstate__(), **parts}
+
+        flops = self.chip.__getstate__()["flops"]
+        for state in (None, {}, damaged(flops={}), damaged(inputs={}), damaged(cycle=-1), damaged(cycle=2**63), damaged(cycle=2**70),
+                      damaged(flops={**flops, "guard.run_q": 2}), damaged(flops={**flops, "guard.run_q": -1})):
+            with self.assertRaises(meltstage.UserError) as raised:
+                meltstage.Chip.__new__(meltstage.Chip).__setstate__(state)
+            self.assertNotIn("\n", str(raised.exception))
+
     def test_a_copy_goes_its_own_way(self):
         other = copy.deepcopy(self.chip)
         other.step(1000)

@@ -116,7 +116,43 @@ TEST_F(WaferMaps, WhatIsNotUnderstoodIsRefusedByItsRow) {
   EXPECT_THAT(refused("DeviceSizeY=\"4000\"", ""), HasSubstr("DeviceSizeY: found '', expected a number"));
   EXPECT_THAT(refused("</Maps>", "<Map/></Maps>"), HasSubstr("found 2 of Map, expected one"));
   EXPECT_THAT(refused("</Maps>", ""), HasSubstr("found no sound XML"));
+  EXPECT_EQ(refused(row("1X1"), "<Row>1<b>X</b>1</Row>\n"),
+            "row 6: Row: found 'b' in it, expected codes alone");
+  EXPECT_THAT(refused("DeviceSizeX", "DeviceSizeX=\"1\" DeviceSizeX"),
+              HasSubstr("found 'DeviceSizeX' twice"));
+  EXPECT_THAT(refused("<Maps>", "<!DOCTYPE m [<!ENTITY r \"1\">]><Maps>"),
+              HasSubstr("found entities of its own"));
+  EXPECT_EQ(refused("\"Pass\"", "\"Fail\""),
+            "found no die that passes, and 5 dies of bins that fail, expected one at least");
   EXPECT_THAT(error_of("a.xml", "<svg/>"), HasSubstr("found 'svg', expected Maps or Map"));
+}
+
+TEST_F(WaferMaps, WhatMayMatterAndIsNotReadIsTold) {
+  std::string device = kDevice + " AxisDirection=\"UpLeft\" xmlns:x=\"y\" WaferSide=\"Bottom\"";
+  const CoordinateFile map =
+      read("a.xml",
+           map_of(device,
+                  R"(<Bin BinCode="1" BinCount="3" BinQuality="Pass"/><Bin BinCode="X" BinQuality="Fail"/>)",
+                  kRows),
+           kAnywhere);
+  EXPECT_THAT(map.notes, Contains("the map's 'AxisDirection' is not read"));
+  EXPECT_THAT(map.notes, Contains("the map's 'WaferSide' is not read"));
+  EXPECT_THAT(map.notes, Contains("BinCount of bin '1' is 3, and the rows hold 4 dies of it"));
+  EXPECT_EQ(read("b.xml", map_of(kDevice, kBins, kRows), kAnywhere).notes.size(), 2u)
+      << "nothing else to tell";
+}
+
+TEST_F(WaferMaps, ACodeIsACharacterEvenABlank) {
+  const std::string blank =
+      R"(BinType="Ascii" OriginLocation="2" NullBin=" " DeviceSizeX="5000" DeviceSizeY="4000")";
+  expect_points(read("a.xml", map_of(blank, kBins, row(" 11") + row("1  ")), kAnywhere).points,
+                {{5, 0, 5}, {10, 0, 5}, {0, -4, 6}});
+  EXPECT_EQ(read("b.xml",
+                 map_of(kDevice, "<Bin BinCode=\"\u00b5\" BinQuality=\"Pass\"/>",
+                        row(".\u00b5\u00b5") + row("\u00b5..")),
+                 kAnywhere)
+                .points.size(),
+            3u);
 }
 
 TEST_F(WaferMaps, AMapOfManyDiesIsReadInLinearTime) {
