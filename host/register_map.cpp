@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/place.hpp"
 #include "cmodel/spec.hpp"
 #include "host/errors.hpp"
 #include "host/register_word.hpp"
@@ -96,7 +97,7 @@ const Register& find_register(std::string_view name) {
   }
   throw UserError(
       fmt::format("{}: found no register of that name, expected one of docs/chip/registers.md such as {}",
-                  name, near_names(wanted)));
+                  shown(name), near_names(wanted)));
 }
 
 bool is_no_value(const Register& reg, std::uint16_t raw) {

@@ -3,7 +3,6 @@
 #include "tests/fuzz/entry.hpp"
 
 extern "C" int FUZZ_ENTRY(const std::uint8_t* data, std::size_t size) {
-  return meltstage::reads_or_refuses(data, size, [](std::string_view text) {
-    meltstage::motion::detail::read_wafer_map("fuzz.xml", text);
-  });
+  return meltstage::reads_or_refuses(
+      data, size, [](std::string_view text) { meltstage::motion::detail::read_wafer_map("fuzz.xml", text); });
 }

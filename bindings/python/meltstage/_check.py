@@ -114,7 +114,7 @@ def path(name: str, value: Any) -> bytes:
 
 
 def _array(name: str, value: npt.ArrayLike, expected: str) -> npt.NDArray[Any]:
-    if np.ma.is_masked(value):  # np.asarray would take what the mask hides
+    if np.ma.is_masked(value):  # type: ignore[no-untyped-call]  # np.asarray would take what the mask hides
         raise refused(name, "masked elements", "none; leave them out, or fill them")
     try:
         return np.asarray(value)

@@ -131,7 +131,7 @@ class WrongArguments(unittest.TestCase):
             (lambda: meltstage.plan_tour([0, 1, 2]), meltstage.UserError, r"points_mm: found shape \(3,\), expected shape \(n, 2\)"),
             (lambda: meltstage.plan_tour(np.ma.masked_greater([[0.0, 1.0], [9.0, 2.0]], 5)), meltstage.UserError, "points_mm: found masked elements"),
             (lambda: PROFILE.at(np.ma.masked), meltstage.UserError, "times_s: found masked elements"),
-            (lambda: meltstage.plan_scurve(np.ma.masked), TypeError, "found masked, expected a number"),
+            (lambda: meltstage.plan_scurve(np.ma.masked), TypeError, "distance_mm: found an array of float64, shape .*, expected a number"),
             (lambda: meltstage.plan_tour([["a", "b"]]), TypeError, "points_mm: found .*, expected an array of numbers"),
             (lambda: meltstage.plan_tour([[1, 2]], metric="air"), meltstage.UserError, "metric: found 'air', expected one of manhattan, "),
             (lambda: PROFILE.at(INF), meltstage.UserError, r"times_s\[\]: found inf, expected a finite number"),
