@@ -60,6 +60,7 @@ meltstage_deb(libmeltstage-dev SECTION libdevel TITLE "chip model, driver and mo
   SUGGESTS "libceres-dev, libopencv-imgproc-dev"
   DEPENDS "libfmt-dev, libeigen3-dev, libssl-dev, libmodbus-dev, libnlopt-cxx-dev, libpugixml-dev, libfreexl-dev, libcsv-dev, libzip-dev"
   COMPONENTS ${parts} c)
+set(CPACK_DEBIAN_LIBMELTSTAGE-DEV_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/triggers)  # its shared library
 meltstage_deb(python3-meltstage SECTION python TITLE "chip model, bench and motion planning in Python"
   TEXT "The bit-accurate chip on its simulated head, pin recordings, profiles and\ntours, with NumPy arrays."
   DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy" COMPONENTS python)

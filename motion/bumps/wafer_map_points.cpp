@@ -15,6 +15,7 @@
 
 #include "base/count.hpp"
 #include "base/number.hpp"
+#include "base/place.hpp"
 #include "motion/bumps/coordinate_sources.hpp"
 #include "motion/bumps/coordinates.hpp"
 #include "motion/bumps/text_lines.hpp"
